@@ -48,6 +48,9 @@ behind it, m."""
 TILTS, SLANTS = (0.0, 20.0, -20.0, 40.0, -40.0), (0.0, 30.0, -30.0)
 """How far a hand that pinches may be turned about the line between its pads, and about a bar, for
 one finger to be behind it, degrees."""
+SLIGHTLY = (*SLANTS, 15.0, -15.0)
+"""Likewise about the fin of a knob: a palm that would meet what juts out beside it clears it, and
+neither finger meets what the fin stands on, degrees."""
 PITCHES, YAWS, ROLLS = (15.0, 35.0, 55.0, 75.0, 88.0), (0.0, 30.0, -30.0, 60.0, -60.0), (0.0, 90.0)
 """Of a hand that pushes, degrees."""
 HALF_ROUND = 0.5
@@ -254,7 +257,7 @@ def _pinched(
 ) -> Iterator[Hold]:
     """Across a thin side of a piece, from any of the others; a bar across its corners too."""
     farthest, forward = _farthest(joint, part), arm.onward(1.0)
-    way = math.copysign(1.0, by)
+    way, slants = math.copysign(1.0, by), SLIGHTLY if farthest < SMALL else SLANTS
     turned = np.asarray(matrix(about(np.asarray(joint.axis), by * joint.travel)))
     for piece in part:
         handle = any(bar.around(piece.centre) for bar in bars)
@@ -264,7 +267,7 @@ def _pinched(
             along = 3 - across - edge
             thin = piece.half[edge] < WIDEST / 2.0
             places = _places(float(piece.half[along]))
-            for off, slant in product(places, SLANTS if thin else SLANTS[:1]):
+            for off, slant in product(places, slants if thin else slants[:1]):
                 turn = np.asarray(matrix(about(piece.axes[:, along], math.radians(slant))))
                 out, travel = sign * turn @ piece.axes[:, edge], turn @ piece.axes[:, across]
                 width, thick = piece.reach(travel), piece.reach(out)

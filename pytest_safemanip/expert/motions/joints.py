@@ -54,8 +54,8 @@ FRICTION, BACKED = 0.6, 0.7
 """Share of the fingers' force by which a hand pulls, for what they pinch not to slip, unless it
 moves along their travel by more than this, as a cosine: then a finger is behind it."""
 FIRM = 40.0
-"""Fingers that push a lever with more force than this, N, do not aim still farther ahead: what is
-heavy, and not stuck, takes time."""
+"""Fingers that push a lever or a spout with more force than this, N, move it as much more slowly:
+what is heavy, or damped, and not stuck, takes time."""
 PATIENCE = 30
 """Control steps in which a part that is pushed with all force has to have moved."""
 CREEPS, CREPT = 60, 0.006
@@ -187,11 +187,20 @@ def take_hold(
     *coming, last = legs
     yield from go(arm, coming)
 
-    def now() -> Hold:
-        return hold.moved(joint, fixture.openness(joint) - first, 0.0)
+    way = math.copysign(1.0, goal - first)
 
+    def now(least: float = -math.inf) -> Hold:
+        return hold.moved(joint, way * max(least, way * (fixture.openness(joint) - first)), 0.0)
+
+    # A hand that pushes does not run after what it moves the wrong way.
+    least = -math.inf if hold.pinched else 0.0
     yield from arm.move(
-        lambda: now().point, hold.hand, tolerance=0.004, speed=last.speed, steps=50, required=False
+        lambda: now(least).point,
+        hold.hand,
+        tolerance=0.004,
+        speed=last.speed,
+        steps=50,
+        required=False,
     )
     if not hold.pinched:
         return now()
@@ -232,10 +241,12 @@ def _free(
         return takes.free(number, joint)
 
     number = arm.choices.choose(f"{what} of {joint.name}", range(OPTIONS))
-    if joint.kind == "slide" or pinched or joint.gives_access:
+    if pinched or joint.gives_access:
         return free(number)
-    # In turn: what is rarely needed helps where the usual ways only look free.
-    number, wider = number // 2, number % 2 == 1
+    wider = False
+    if joint.kind == "hinge":
+        # In turn: what is rarely needed helps where the usual ways only look free.
+        number, wider = number // 2, number % 2 == 1
     try:
         return free(number, wider)
     except NoWay as none:
@@ -285,14 +296,15 @@ def follow(
         most = fastest if along or pulls or eases is None else fastest / 2.0
         left = max(0.0, (goal - now) * way * long)
         wanted = float(np.clip(math.sqrt(2.0 * left * fastest / brake), SLOWEST, most))
+        force = _gripping(arm)
+        if firm and force > FIRM:
+            wanted = min(wanted, max(SLOWEST, rate * FIRM / force))
         most = TWISTING if twists else MOST_LEAD
         if pulls and not backed:
-            most = min(most, FRICTION * _gripping(arm) / STIFFNESS)
+            most = min(most, FRICTION * force / STIFFNESS)
         gain = LEAD_GAIN if rate < wanted else YIELD_GAIN
-        if firm and rate < wanted and _gripping(arm) > FIRM:
-            gain = 0.0
         press = float(np.clip(press + gain * (wanted - rate), LEAST_LEAD, most))
-        lead = press + LAGS * float(np.clip(rate, 0.0, wanted))
+        lead = LAGS * float(np.clip(rate, 0.0, wanted)) + press * hold.pinched
         still = still + 1 if press >= most and rate < 0.1 * SLOWEST else 0
         at = hold.moved(joint, now - first, share).point
         off = at - arm.position
@@ -301,6 +313,8 @@ def follow(
         if still > PATIENCE or (not twists and float(np.linalg.norm(off)) - behind > OFF):
             return
         ahead = hold.moved(joint, now - first + way * (lead - behind) / long, share)
+        # Along a face that points aside too, fingers would slip off.
+        ahead = replace(ahead, point=ahead.point - press * ahead.normal)
         if not twists:
             eases = _eases(arm, ahead, WITHIN if eases is not None else 0.0)
         # The hand moves on in between.
