@@ -399,7 +399,7 @@ class Reaching:
         """How far ahead the base has to be at least, m."""
         place = round(aside, 2)
         if place not in self._rears:
-            self._rears[place] = rearmost(self._arm, place, place)
+            self._rears[place] = rearmost(self._arm, place, place, self._past)
         return self._rears[place]
 
 

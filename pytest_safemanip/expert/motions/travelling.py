@@ -348,7 +348,7 @@ def _back(
     for back in np.arange(length, MOST_BACK, STEP).tolist():
         place = base + back * ahead
         aside = arm.aside(place)
-        if back > length and arm.ahead(place) < rearmost(arm, aside, aside):
+        if back > length and arm.ahead(place) < rearmost(arm, aside, aside, arm.ahead(base)):
             break
         if back > length and foreseen and squeezed(back):
             break

@@ -116,11 +116,19 @@ def passable(arm: Arm, right: float, left: float, ahead: float) -> bool:
     return True
 
 
-def rearmost(arm: Arm, right: float, left: float) -> float:
-    """How far back the base may be anywhere between two places sideways, ahead, m."""
+def rearmost(arm: Arm, right: float, left: float, before: float | None = None) -> float:
+    """How far back the base may be anywhere between two places sideways, ahead, m.
+
+    Args:
+        arm: the arm.
+        right: the one place, along its left direction, m.
+        left: the other one.
+        before: what ends nearer than this is behind it, m ahead; None for where the base is now.
+    """
     top, rear, half = BODY_REAR
     along, across, height = _extents(arm)
-    behind = (height[:, 0] < top) & (along[:, 1] < arm.ahead(arm.base))
+    behind = height[:, 0] < top
+    behind &= along[:, 1] < (arm.ahead(arm.base) if before is None else before)
     behind &= _crosses(across, right - half, left + half)
     return float(along[behind, 1].max(initial=-math.inf)) + rear + BASE_ROOM
 
