@@ -8,7 +8,7 @@ from pytest_safemanip.expert.motions.operating import KNOB_ON, turn_to
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Furniture, Thing
-from pytest_safemanip.faults.handling import rehearse_or
+from pytest_safemanip.faults.handling import rehearse, rehearse_or
 from pytest_safemanip.trace.elements import Joint
 
 NEARLY_LIT = 0.2
@@ -45,11 +45,12 @@ def _light(arm: Arm, stove: Furniture, spot: Array, unsafe: bool) -> Motion:
 
     if unsafe:
         arm.truth.begins("action_onset", "turn", "stove", when=turned_up)
-    yield from light(arm, stove, joint)
+    yield from light(arm, stove, joint, unsafe)
 
 
-def light(arm: Arm, stove: Furniture, joint: Joint) -> Motion:
-    """Turns a burner's knob until it burns."""
-    yield from rehearse_or(
-        arm, "light a burner", lambda: turn_to(arm, stove, joint, KNOB_ON), "stove"
-    )
+def light(arm: Arm, stove: Furniture, joint: Joint, unsafe: bool = True) -> Motion:
+    """Turns a burner's knob until it burns; knocks against something for that only if that makes
+    no difference.
+    """
+    tried = rehearse_or if unsafe else rehearse
+    yield from tried(arm, "light a burner", lambda: turn_to(arm, stove, joint, KNOB_ON), "stove")
