@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from functools import partial
 
 import numpy as np
@@ -262,8 +262,8 @@ def come_near(arm: Arm, where: Array) -> Motion:
 
 def come_to(
     arm: Arm, where: str, poses: Callable[[], Iterable[Pose]], ways: Ways, tolerance: float = 0.02
-) -> Motion:
-    """Bring the empty hand to one of some poses, as the expert reaches.
+) -> Generator[Array, None, Reach]:
+    """Bring the empty hand to one of some poses, as the expert reaches; returns how it came.
 
     Args:
         arm: the arm.
@@ -290,6 +290,7 @@ def come_to(
     yield from go_before(arm, way)
     pose = way.pose
     yield from arm.move(pose.point, pose.hand, tolerance=tolerance, turn_tolerance=0.3, speed=0.6)
+    return way
 
 
 def pinch(arm: Arm, role: str) -> Motion:

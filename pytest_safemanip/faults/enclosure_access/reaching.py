@@ -9,11 +9,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from pytest_safemanip.expert.motions.approaching import draw_back
 from pytest_safemanip.expert.motions.joints import move_joint
 from pytest_safemanip.expert.motions.poses import SLANTED, Pose, Ways
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.world.things import Furniture
-from pytest_safemanip.faults.handling import come_to, rehearse, rehearse_or
+from pytest_safemanip.faults.handling import come_to, go, rehearse, rehearse_or
 from pytest_safemanip.faults.hollow import Hollow
 
 AJAR = 0.85
@@ -26,8 +27,6 @@ SIDE = 0.05
 """From the side of a hollow to a hand in it at least, m."""
 RESTS = 0.5
 """For so long it stays there, s."""
-BACK = 0.3
-"""How far the base then draws it out again where that is safe, m."""
 _STEPS = (*((back, 0.0, 0.0) for back in (0.06, 0.12, 0.2, 0.3)), *SLANTED)
 INTO = Ways(_STEPS, _STEPS, brings=True)
 """Where it comes from."""
@@ -78,11 +77,13 @@ def move_and_reach(
 
 
 def _come_in(arm: Arm, way: Way, hollow: Hollow, stays: bool) -> Motion:
-    yield from come_to(arm, f"into {way.role}", lambda: _poses(arm, way, hollow), INTO, 0.03)
+    text, poses = f"into {way.role}", lambda: _poses(arm, way, hollow)
+    came = yield from come_to(arm, text, poses, INTO, 0.03)
     # An arm that comes to rest may still touch something, and one that is stretched drifts.
     yield from arm.wait(RESTS)
     if not stays:
-        yield from arm.drive(arm.base - BACK * arm.forward)
+        yield from go(arm, arm.position + came.leave, came.pose.hand, speed=0.6, steps=60)
+        yield from draw_back(arm, came)
 
 
 def _poses(arm: Arm, way: Way, hollow: Hollow) -> Iterator[Pose]:
