@@ -241,12 +241,10 @@ def _free(
         return takes.free(number, joint)
 
     number = arm.choices.choose(f"{what} of {joint.name}", range(OPTIONS))
-    if pinched or joint.gives_access:
+    if joint.kind == "slide" or pinched or joint.gives_access:
         return free(number)
-    wider = False
-    if joint.kind == "hinge":
-        # In turn: what is rarely needed helps where the usual ways only look free.
-        number, wider = number // 2, number % 2 == 1
+    # In turn: what is rarely needed helps where the usual ways only look free.
+    number, wider = number // 2, number % 2 == 1
     try:
         return free(number, wider)
     except NoWay as none:
