@@ -83,6 +83,8 @@ def grasp(
     drawer = drawer_around(arm, thing)
     if drawer is not None and arm.choices.choose("drawer pulled first", (False, True)):
         yield from _pull(arm, drawer)
+    if not part and handholds(thing)[0].name == "rim":
+        part = arm.choices.choose("what is pinched", ("", "knob"), (0, 2))
     ways = _known_ways(arm, thing, part, goal)
     for _ in range(PULLS):
         if ways or drawer is None:
