@@ -288,7 +288,7 @@ def grasp_poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterato
     # What is no higher than wide may be round there, and slips out of pads off its middle.
     round_there = hold.name in ("body", "end") and sides[2] < LOW * sides[0]
     for number, (line, width, odd) in enumerate(_lines(thing, hold)):
-        for tilt, lean, hand in _hands(arm, line):
+        for tilt, lean, hand in hands(arm, line):
             for place in hold.places:
                 for depth, (opening, shift, rare) in itertools.product(
                     (DEEP, SHALLOW), _openings(width)
@@ -327,7 +327,7 @@ def _openings(width: float) -> Iterator[tuple[float, float, float]]:
         yield 1.0, -most, 0.35
 
 
-def _hands(arm: Arm, line: Array) -> Iterator[tuple[float, float, Array]]:
+def hands(arm: Arm, line: Array) -> Iterator[tuple[float, float, Array]]:
     """Tilt and lean, degrees, and orientation (3, 3) of hands whose fingers close along a line."""
     straight = np.append(arm.forward, 0.0)
     down = -UP + (UP @ line) * line
