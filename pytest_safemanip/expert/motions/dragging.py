@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 
 from pytest_safemanip.expert.motions.approaching import draw_back, go_before
-from pytest_safemanip.expert.motions.handholds import SHARES, hands, outline
+from pytest_safemanip.expert.motions.handholds import LOW, SHARES, hands, outline
 from pytest_safemanip.expert.motions.poses import Pose, Reach, Ways
 from pytest_safemanip.expert.motions.reaching import SQUEEZED, Reaching
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay
@@ -62,7 +62,11 @@ def drag(arm: Arm, thing: Thing) -> Motion:
 
 
 def _behind(arm: Arm, thing: Thing) -> Iterator[Pose]:
-    """How the hand may be with closed fingers behind a thing, as the robot sees it."""
+    """How the hand may be with closed fingers behind a thing that would not tip over, as the robot
+    sees it.
+    """
+    if thing.height > LOW * thing.sides()[0][1]:
+        return
     ahead, left = np.append(arm.forward, 0.0), np.append(arm.left, 0.0)
     (narrow, width), (long, length) = thing.sides()
     if abs(long @ ahead) > abs(narrow @ ahead):
@@ -71,13 +75,13 @@ def _behind(arm: Arm, thing: Thing) -> Iterator[Pose]:
     lows = [max(thing.bottom + OFF, thing.highest - deep) for deep in DEEP]
     for place, low in product(SHARES, dict.fromkeys(lows)):
         tip = thing.centre + place * length * long + depth * ahead
-        for tilt, lean, hand in hands(arm, left):
+        for tilt, _, hand in hands(arm, left):
             points = finger_points(0.0) @ hand.T
             point = tip - FINGERTIP * hand[:, 2]
             point[2] = low - points[:, 2].min()
             if thing.around(np.concatenate((points, palm_points() @ hand.T)) + point).any():
                 continue
-            family, load = ("behind", tilt, lean, low), outline(thing)
+            family, load = ("behind", tilt, low), outline(thing)
             cost = abs(tilt) / 100.0 - abs(place)
             yield Pose(point, hand, 0.0, cost, load, family, place, (family, place))
 
