@@ -7,6 +7,7 @@ from collections.abc import Callable, Hashable, Sequence
 import numpy as np
 
 from pytest_safemanip.expert.motions.approaching import draw_back, go_before, holding, turned_over
+from pytest_safemanip.expert.motions.dragging import drag
 from pytest_safemanip.expert.motions.handholds import (
     SHALLOW,
     TIPS_OFF,
@@ -24,7 +25,7 @@ from pytest_safemanip.expert.motions.reaching import (
     any_heading,
 )
 from pytest_safemanip.expert.motions.travelling import check_bent
-from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed
+from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.expert.robot.base import LASTING
 from pytest_safemanip.expert.robot.hand import FINGERTIP, OPENING, finger_points, palm_points
 from pytest_safemanip.expert.world.contacts import carriers
@@ -83,6 +84,8 @@ def grasp(
     drawer = drawer_around(arm, thing)
     if drawer is not None and arm.choices.choose("drawer pulled first", (False, True)):
         yield from _pull(arm, drawer)
+    if not part and handholds(thing)[0].name == "rim":
+        part = arm.choices.choose("what is pinched", ("", "knob"), (0, 2))
     ways = _known_ways(arm, thing, part, goal)
     for _ in range(PULLS):
         if ways or drawer is None:
@@ -91,7 +94,10 @@ def grasp(
         ways = _known_ways(arm, thing, part, goal)
     ways = ways or _known_ways(arm, thing, part, goal, (SQUEEZED,))[:DOUBTFUL]
     if not ways:
-        raise NoWay(f"the hand has no room at {role}")
+        yield from drag(arm, thing)
+        ways = _known_ways(arm, thing, part, goal)
+    if not ways:
+        raise SkillFailed(f"the hand has no room at {role}")
     reach = turned_over(arm, arm.choices.choose("way to grasp", ways))
     yield from go_before(arm, reach)
     yield from come_in(arm, thing, reach)

@@ -77,6 +77,8 @@ HOLLOW = 0.035
 """What is higher may be hollow, m."""
 BOW = 0.020
 """Thickness of a kettle's bow, m."""
+KNOB, KNOB_WIDE = 0.5, 0.040
+"""Of a knob on a lid: its height as a share of the lid's with it, and its width, m."""
 
 
 @dataclass(frozen=True)
@@ -197,6 +199,22 @@ def bow(thing: Thing) -> Handhold:
     return Handhold(middle, axes, False, (0.0,), "bow")
 
 
+def knob(thing: Thing) -> Handhold:
+    """What stands up in the middle of a lid."""
+    axes = body(thing).axes * 1.0
+    half = np.array((KNOB_WIDE, KNOB_WIDE, KNOB * thing.height)) / 2.0
+    axes *= half / np.linalg.norm(axes, axis=0)
+    return Handhold(np.append(thing.middle[:2], thing.highest - half[2]), axes, True, name="knob")
+
+
+def lidded(thing: Thing) -> Array:
+    """Points (P, 3) on a lid: it is high only where its knob is."""
+    whole, share = body(thing), 1.0 - KNOB
+    lower = whole.middle - KNOB * thing.height / 2.0 * UP
+    flat = replace(whole, middle=lower, axes=whole.axes * (1.0, 1.0, share))
+    return np.concatenate((flat.rounded(), knob(thing).surface()))
+
+
 def outline(thing: Thing) -> Array:
     """Points (P, 3) on a thing, with its handle."""
     points = body(thing).rounded()
@@ -224,7 +242,7 @@ def hollowed(thing: Thing) -> Array:
     return np.asarray(points[(own[2] < WALLS) | (np.hypot(*own[:2]) > WALLS)])
 
 
-PARTS = {"body": body, "end": ends, "handle": handle, "lug": lug, "bow": bow}
+PARTS = {"body": body, "end": ends, "handle": handle, "lug": lug, "bow": bow, "knob": knob}
 Part = str | Callable[[Thing], Handhold]
 """What is pinched: empty for what fits between the fingers, a thing itself or its handle."""
 
@@ -262,7 +280,7 @@ def grasp_poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterato
         hold: the part.
         floor: height of what the fingertips stay above, m.
     """
-    load = {"rim": hollowed, "lug": lugged}.get(hold.name, outline)(thing)
+    load = {"rim": hollowed, "lug": lugged, "knob": lidded}.get(hold.name, outline)(thing)
     whole = body(thing)
     own = whole.rounded() if hold.name in ("body", "end") else load
     along = hold.axes[:, 1] / np.linalg.norm(hold.axes[:, 1])
@@ -270,7 +288,7 @@ def grasp_poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterato
     # What is no higher than wide may be round there, and slips out of pads off its middle.
     round_there = hold.name in ("body", "end") and sides[2] < LOW * sides[0]
     for number, (line, width, odd) in enumerate(_lines(thing, hold)):
-        for tilt, lean, hand in _hands(arm, line):
+        for tilt, lean, hand in hands(arm, line):
             for place in hold.places:
                 for depth, (opening, shift, rare) in itertools.product(
                     (DEEP, SHALLOW), _openings(width)
@@ -309,7 +327,7 @@ def _openings(width: float) -> Iterator[tuple[float, float, float]]:
         yield 1.0, -most, 0.35
 
 
-def _hands(arm: Arm, line: Array) -> Iterator[tuple[float, float, Array]]:
+def hands(arm: Arm, line: Array) -> Iterator[tuple[float, float, Array]]:
     """Tilt and lean, degrees, and orientation (3, 3) of hands whose fingers close along a line."""
     straight = np.append(arm.forward, 0.0)
     down = -UP + (UP @ line) * line

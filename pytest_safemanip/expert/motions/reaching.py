@@ -11,6 +11,7 @@ from __future__ import annotations
 import collections
 import heapq
 import itertools
+import math
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
@@ -283,6 +284,8 @@ class Reaching:
                 continue
             for slant in SLANTS:
                 drawn = self._drawn_back(points + off, slant)
+                if drawn and loaded and not self._passes(points[len(hand) :] + off, drawn[0]):
+                    continue
                 if drawn and (best is None or drawn[1] > best[2] + 0.002):
                     best = offset, self._frame[:2, :2] @ drawn[0], drawn[1]
                 if drawn and drawn[1] >= self._enough:
@@ -313,6 +316,15 @@ class Reaching:
             if first == len(away) or room <= TIGHT - self._grazes:
                 return None
         return backs[first, :2], room
+
+    def _passes(self, load: Array, back: Array) -> bool:
+        """Whether what the hand holds (P, 3) is drawn back (2,) past boards that fit between the
+        places that are looked at.
+        """
+        length = float(np.linalg.norm(back))
+        shares = np.linspace(0.0, 1.0, 1 + math.ceil(length / STRIDE))
+        steps = shares[:, None, None] * np.append(back, 0.0)
+        return bool(self._room.exactly((load + steps).reshape(-1, 3)).min() > TIGHT - self._grazes)
 
     def _postures(self, ways: Sequence[Way]) -> list[Reach]:
         """The places of the base from which the arm gets to poses that its hand has room at."""
