@@ -324,7 +324,7 @@ class Reaching:
         length = float(np.linalg.norm(back))
         shares = np.linspace(0.0, 1.0, 1 + math.ceil(length / STRIDE))
         steps = shares[:, None, None] * np.append(back, 0.0)
-        return bool(self._room.exactly((load + steps).reshape(-1, 3)).min() > TIGHT - self._grazes)
+        return self._room.least((load + steps).reshape(-1, 3)) > TIGHT - self._grazes
 
     def _postures(self, ways: Sequence[Way]) -> list[Reach]:
         """The places of the base from which the arm gets to poses that its hand has room at."""
