@@ -8,6 +8,7 @@ import pytest
 
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.world.routes import CARRYING_BODY, route
+from pytest_safemanip.expert.world.standing import BASE_ROOM, BODY_REAR, rearmost
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.trace.elements import Entity, Surface
 from tests import toy
@@ -62,3 +63,9 @@ def test_a_wall_across_the_room_leaves_no_way():
     robot = arm(0.1, 3.2, 1.0)
     with pytest.raises(SkillFailed, match="no way"):
         route(robot, Thing(robot, "obj"), np.array(GOAL))
+
+
+def test_what_is_behind_a_place_is_told_from_there():
+    robot = arm(0.4, 1.0, 0.45)
+    assert rearmost(robot, 0.0, 0.0) == -np.inf
+    assert rearmost(robot, 0.0, 0.0, 1.5) == pytest.approx(0.4 + BODY_REAR[1] + BASE_ROOM)
