@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError, install_command
-from pytest_safemanip.sim.robocasa.patches import compat, importing, memo, registry
+from pytest_safemanip.sim.robocasa.patches import compat, importing, memo, order, registry
 from pytest_safemanip.sim.robocasa.patches.table import active
 
 
@@ -79,5 +79,6 @@ def _imported(assets_root: Path) -> tuple[str, ...]:
     # To look through all that scenes are made of takes 0.1 s when the process ends.
     atexit.register(gc.freeze)
     memo.install()
+    order.keep()
     registry.cache_yaml()
     return active(supplied)

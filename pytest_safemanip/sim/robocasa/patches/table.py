@@ -222,6 +222,14 @@ PATCHES = (
         _has(f"{_SCENES}.scene_utils", "yaml.safe_load"),
     ),
     Patch(
+        "ordered_places",
+        f"{_FIXTURES}.counter:Counter.get_reset_regions",
+        "the places to either side of a fixture come in the order of their addresses in memory: "
+        "with the same seed, things stand on another side in another process",
+        "order",
+        _has(f"{_FIXTURES}.counter", "list(set(valid_geoms))"),
+    ),
+    Patch(
         "stored_scene",
         "robocasa.utils.env_utils:_get_placement_initializer, "
         "robosuite.environments.base:MujocoEnv._initialize_sim",
