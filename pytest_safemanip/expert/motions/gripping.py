@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Generator, Hashable, Sequence
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from pytest_safemanip.expert.motions.travelling import check_bent
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.expert.robot.base import LASTING
 from pytest_safemanip.expert.robot.hand import FINGERTIP, OPENING, finger_points, palm_points
+from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.contacts import carriers
 from pytest_safemanip.expert.world.room import Room, walls
 from pytest_safemanip.expert.world.things import (
@@ -81,11 +82,30 @@ def grasp(
         SkillFailed: if nothing of it fits, if the hand has no room, or if it was not lifted.
     """
     thing = Thing(arm, role)
+    if not part and handholds(thing)[0].name == "rim":
+        # It may be a lid, which is higher in its middle.
+        part = arm.choices.choose("what is pinched", ("", "knob"), (0, 2))
+    ways = yield from _make_room(arm, thing, part, goal)
+    if not ways:
+        raise SkillFailed(f"the hand has no room at {role}")
+    reach = turned_over(arm, arm.choices.choose("way to grasp", ways))
+    yield from go_before(arm, reach)
+    yield from come_in(arm, thing, reach)
+    check_bent(arm)
+    yield from lift(arm, thing, reach)
+    if back:
+        yield from holding(arm, draw_back(arm, reach, thing), thing)
+
+
+def _make_room(
+    arm: Arm, thing: Thing, part: Part, goal: Goal | None
+) -> Generator[Array, None, list[Reach]]:
+    """Pulls the drawer that a thing lies in, or draws it off the wall, if the hand needs that;
+    returns the ways to grasp it then.
+    """
     drawer = drawer_around(arm, thing)
     if drawer is not None and arm.choices.choose("drawer pulled first", (False, True)):
         yield from _pull(arm, drawer)
-    if not part and handholds(thing)[0].name == "rim":
-        part = arm.choices.choose("what is pinched", ("", "knob"), (0, 2))
     ways = _known_ways(arm, thing, part, goal)
     for _ in range(PULLS):
         if ways or drawer is None:
@@ -96,15 +116,7 @@ def grasp(
     if not ways:
         yield from drag(arm, thing)
         ways = _known_ways(arm, thing, part, goal)
-    if not ways:
-        raise SkillFailed(f"the hand has no room at {role}")
-    reach = turned_over(arm, arm.choices.choose("way to grasp", ways))
-    yield from go_before(arm, reach)
-    yield from come_in(arm, thing, reach)
-    check_bent(arm)
-    yield from lift(arm, thing, reach)
-    if back:
-        yield from holding(arm, draw_back(arm, reach, thing), thing)
+    return ways
 
 
 def _known_ways(
