@@ -48,8 +48,8 @@ behind it, m."""
 TILTS, SLANTS = (0.0, 20.0, -20.0, 40.0, -40.0), (0.0, 30.0, -30.0)
 """How far a hand that pinches may be turned about the line between its pads, and about a bar, for
 one finger to be behind it, degrees."""
-SLIGHTLY = (*SLANTS, 15.0, -15.0)
-"""Likewise about the fin of a knob: a palm that would meet what juts out beside it clears it, and
+SLIGHTLY = (15.0, -15.0)
+"""Likewise about the fin of a knob where something juts out beside that: the palm clears it, and
 neither finger meets what the fin stands on, degrees."""
 PITCHES, YAWS, ROLLS = (15.0, 35.0, 55.0, 75.0, 88.0), (0.0, 30.0, -30.0, 60.0, -60.0), (0.0, 90.0)
 """Of a hand that pushes, degrees."""
@@ -178,15 +178,18 @@ def holds(
         first: openness now.
         goal: openness wanted.
         slips: whether it slipped out of the fingers.
-        wider: whether it is pushed in ways that are rarely needed, and only so.
+        wider: whether it is moved in ways that are rarely needed, and only so.
     """
     part, way = pieces(arm, joint, first), math.copysign(1.0, goal - first)
-    found = [*_pushed(arm, joint, part, way, wider)]
-    if not wider:
-        found = [*_pinched(arm, joint, part, bars, goal - first, slips), *found]
+    small, by = _farthest(joint, part) < SMALL, goal - first
+    # Nothing turns that is pushed at the corners of the box around a round knob.
+    found = [] if wider and small else [*_pushed(arm, joint, part, way, wider)]
+    if small or not wider:
+        slants = SLIGHTLY if wider else SLANTS
+        found = [*_pinched(arm, joint, part, bars, by, slips, slants), *found]
     found = [hold for hold in found if _stays(hold.moved(joint, goal - first, 0.0))]
     found = [found[number] for number in _likeliest(found, MOST)]
-    off = PALM_OFF if _farthest(joint, part) < SMALL else 0.0
+    off = PALM_OFF if small else 0.0
     rough = _crowded(arm, joint, found, np.linspace(first, goal, 3), 7, off)
     found = [found[number] for number in _likeliest(rough, LIKELY)]
     found = _crowded(arm, joint, found, np.linspace(first, goal, 7), 13, off)
@@ -253,11 +256,17 @@ def motion(joint: Joint, point: Array, way: float) -> tuple[Array, float]:
 
 
 def _pinched(
-    arm: Arm, joint: Joint, part: Sequence[Piece], bars: Sequence[Piece], by: float, slips: bool
+    arm: Arm,
+    joint: Joint,
+    part: Sequence[Piece],
+    bars: Sequence[Piece],
+    by: float,
+    slips: bool,
+    slants: Sequence[float],
 ) -> Iterator[Hold]:
     """Across a thin side of a piece, from any of the others; a bar across its corners too."""
     farthest, forward = _farthest(joint, part), arm.onward(1.0)
-    way, slants = math.copysign(1.0, by), SLIGHTLY if farthest < SMALL else SLANTS
+    way = math.copysign(1.0, by)
     turned = np.asarray(matrix(about(np.asarray(joint.axis), by * joint.travel)))
     for piece in part:
         handle = any(bar.around(piece.centre) for bar in bars)
@@ -267,7 +276,7 @@ def _pinched(
             along = 3 - across - edge
             thin = piece.half[edge] < WIDEST / 2.0
             places = _places(float(piece.half[along]))
-            for off, slant in product(places, slants if thin else slants[:1]):
+            for off, slant in product(places, slants if thin else {0.0}.intersection(slants)):
                 turn = np.asarray(matrix(about(piece.axes[:, along], math.radians(slant))))
                 out, travel = sign * turn @ piece.axes[:, edge], turn @ piece.axes[:, across]
                 width, thick = piece.reach(travel), piece.reach(out)
