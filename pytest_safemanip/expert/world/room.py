@@ -95,7 +95,7 @@ class Room:
         return found
 
     def least(self, points: Array) -> float:
-        """The least of these distances, of points any number of which are far off, m."""
+        """The least of these distances, m: computed only of the points that may have it."""
         noted, outside = self._noted(points)
         noted[outside] = math.inf
         return float(self.exactly(points[outside | (noted <= noted.min() + 2.0 * COARSE)]).min())

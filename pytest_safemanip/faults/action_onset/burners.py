@@ -49,8 +49,16 @@ def _light(arm: Arm, stove: Furniture, spot: Array, unsafe: bool) -> Motion:
 
 
 def light(arm: Arm, stove: Furniture, joint: Joint, unsafe: bool = True) -> Motion:
-    """Turns a burner's knob until it burns; knocks against something for that only if that makes
-    no difference.
+    """Turns a burner's knob until it burns.
+
+    Args:
+        arm: the arm.
+        stove: the stove.
+        joint: moves the knob.
+        unsafe: whether a collision on the way does not matter, as in a fault.
+
+    Raises:
+        SkillFailed: if it does, and no way to turn the knob is free of collisions.
     """
     tried = rehearse_or if unsafe else rehearse
     yield from tried(arm, "light a burner", lambda: turn_to(arm, stove, joint, KNOB_ON), "stove")

@@ -68,7 +68,14 @@ def by_end(arm: Arm, beyond: float, notches: int, shakes: int = 0) -> Motion:
 
 
 def _shake(arm: Arm, held: Held, times: int, eases: bool = False) -> Motion:
-    """Moves the hand up and down as fast as it can, until what it holds is lost."""
+    """Moves the hand up and down as fast as it can, until what it holds is lost.
+
+    Args:
+        arm: the arm.
+        held: how it is held.
+        times: how often at most.
+        eases: whether the fingers open by a notch each time, as long as they still hold it.
+    """
     middle = arm.position
     for turn in range(2 * times):
         if held.lost() or not held.carried:

@@ -13,8 +13,6 @@ from tests import toy
 (DOOR,) = toy.SCENE.joints
 LEVER = dataclasses.replace(DOOR, gives_access=False, half=(0.06, 0.012, 0.012))
 JOINTS = pytest.mark.parametrize("joint", [DOOR, LEVER], ids=["door", "lever"])
-
-
 WAYS = pytest.mark.parametrize("goal", [1.0, 0.0], ids=["open", "close"])
 
 

@@ -28,6 +28,12 @@ def test_distance_to_the_nearest_box(point, away):
     assert ROOM.away(points, np.array((0.02,))) == pytest.approx((away - 0.02,), abs=0.004)
 
 
+@pytest.mark.parametrize("size", [0.02, 0.2, 2.0])
+def test_the_least_distance_is_that_of_the_nearest_point(size):
+    points = np.random.default_rng(0).uniform((0.0, -0.1, 0.9), (size, 0.1, 1.1), (200, 3))
+    assert ROOM.least(points) == ROOM.exactly(points).min()
+
+
 def test_what_is_far_off_is_free():
     assert ROOM.away(np.array(((0.4, 0.4, 1.4), (9.0, 9.0, 9.0)))).min() > 0.5
 
