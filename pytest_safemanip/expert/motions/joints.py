@@ -22,6 +22,7 @@ from pytest_safemanip.expert.motions.taking import (
     Takes,
     by_base,
     swings,
+    turns_along,
 )
 from pytest_safemanip.expert.motions.travelling import step_aside
 from pytest_safemanip.expert.robot.arm import Arm, Motion, NoWay, SkillFailed
@@ -54,8 +55,8 @@ FRICTION, BACKED = 0.6, 0.7
 """Share of the fingers' force by which a hand pulls, for what they pinch not to slip, unless it
 moves along their travel by more than this, as a cosine: then a finger is behind it."""
 FIRM = 40.0
-"""Fingers that push a lever or a spout with more force than this, N, move it as much more slowly:
-what is heavy, or damped, and not stuck, takes time."""
+"""Fingers that turn a knob, or push a lever or a spout, with more force than this, N, move it as
+much more slowly: what is heavy, or damped, takes time, and strikes back where it is lost."""
 PATIENCE = 30
 """Control steps in which a part that is pushed with all force has to have moved."""
 CREEPS, CREPT = 60, 0.006
@@ -134,6 +135,12 @@ def move_joint(
             if number == 1:
                 raise
             raise SkillFailed(f"{joint.key} stopped at {before:.0%}, {error}") from error
+        if (
+            number == 1
+            and _twists(joint, hold)
+            and not turns_along(arm, hold, joint, next_ - before)
+        ):
+            raise SkillFailed(f"the wrist comes to its end before {joint.key} is there")
         yield from follow(
             arm,
             fixture,
@@ -268,8 +275,8 @@ def follow(
     radius = _radius(joint, hold.contact)
     travel = abs(joint.travel)
     long = travel if joint.kind == "slide" else max(radius, TWISTED) * travel
-    twists = joint.kind == "hinge" and radius < TWISTED and hold.pinched
-    firm = joint.kind == "hinge" and not (hold.pinched or joint.gives_access)
+    twists = _twists(joint, hold)
+    firm = joint.kind == "hinge" and (twists or not (hold.pinched or joint.gives_access))
     share = 1.0 if twists else 0.0
     if hold.pinched and not twists:
         share = arm.choices.choose(f"{joint.name} turned along", TURNS)
@@ -323,6 +330,11 @@ def follow(
         else:
             driven = None
         yield arm.towards(ahead.point, ahead.hand) if driven is None else driven
+
+
+def _twists(joint: Joint, hold: Hold) -> bool:
+    """Whether the hand turns on the spot with what it holds."""
+    return joint.kind == "hinge" and hold.pinched and _radius(joint, hold.contact) < TWISTED
 
 
 def _eases(arm: Arm, hold: Hold, within: float) -> Array | None:

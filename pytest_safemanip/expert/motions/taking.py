@@ -11,8 +11,16 @@ from pytest_safemanip.expert.motions.holds import LETS_GO, Hold, solids_then
 from pytest_safemanip.expert.motions.travelling import joints_now
 from pytest_safemanip.expert.robot.arm import FOLDED, Arm, raised
 from pytest_safemanip.expert.robot.hand import WRIST
-from pytest_safemanip.expert.robot.kinematics import STRIDE, bodies, reach_of, solve, strain
-from pytest_safemanip.expert.robot.rotations import Array
+from pytest_safemanip.expert.robot.kinematics import (
+    STRIDE,
+    bodies,
+    follow,
+    links,
+    reach_of,
+    solve,
+    strain,
+)
+from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
 from pytest_safemanip.expert.world.candidates import Candidates
 from pytest_safemanip.expert.world.room import Room
 from pytest_safemanip.expert.world.standing import nearest, rearmost
@@ -52,8 +60,9 @@ NEAREST, FARTHEST = 0.36, 0.65
 """
 FAR = 0.15
 """The base goes along with what slides farther, m."""
-TWISTED = 0.05
-"""What is held nearer than this to the hinge turns with the hand, m."""
+TWISTED, TURNS, BEHIND = 0.05, 8, 0.3
+"""What is held nearer than this to the hinge turns with the hand, m, which is looked at in so many
+places on the way, and may stay behind by so much, rad: so far fingers turn about what they hold."""
 
 
 class Takes:
@@ -304,6 +313,25 @@ class Takes:
 def swings(joint: Joint) -> bool:
     """Whether a part swings about a hinge, as doors do and knobs do not."""
     return joint.kind == "hinge" and float(np.linalg.norm(joint.half)) > TWISTED
+
+
+def turns_along(arm: Arm, hold: Hold, joint: Joint, by: float) -> bool:
+    """Whether a hand, with the arm as it is bent now, turns about as far as what it holds, and no
+    joint keeps it from that.
+
+    Args:
+        arm: the arm.
+        hold: how it holds it.
+        joint: moves the part.
+        by: how much more open it is to be.
+    """
+    then = [hold.moved(joint, share * by, 1.0) for share in np.linspace(0.0, 1.0, TURNS + 1)]
+    start = np.append(arm.base, arm.torso)
+    points = (np.array([h.point for h in then]) - start) @ arm.frame
+    hands = arm.frame.T @ np.array([h.hand for h in then])
+    joints, _ = follow(joints_now(arm), points[None], hands[None])
+    end = links(joints[0, -1:])[1][0, 7]
+    return float(np.linalg.norm(rotation_vector(hands[-1] @ end.T))) < BEHIND
 
 
 def by_base(arm: Arm, joint: Joint) -> bool:
