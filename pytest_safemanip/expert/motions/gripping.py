@@ -19,12 +19,14 @@ from pytest_safemanip.expert.motions.joints import move_joint
 from pytest_safemanip.expert.motions.placing import Grip, Placing, Spot
 from pytest_safemanip.expert.motions.poses import Pose, Reach, Ways
 from pytest_safemanip.expert.motions.reaching import (
+    HEADINGS,
     LINK_CLEARANCES,
     SQUEEZED,
     Reaching,
     any_heading,
 )
 from pytest_safemanip.expert.motions.travelling import check_bent
+from pytest_safemanip.expert.motions.turning import facing
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.expert.robot.base import LASTING
 from pytest_safemanip.expert.robot.hand import FINGERTIP, OPENING, finger_points, palm_points
@@ -192,20 +194,57 @@ def ways_to_grasp(
     ]
     if goal is None:
         return reaching.find(found)
-    placing = Placing(arm, thing, goal(), clearance=clearance)
-    opening = thing.sides()[0][1] / OPENING
+    ways = list[Reach]()
+    # Where it is to be put, the base may have to be turned otherwise than to take it.
+    for turns in (HEADINGS[:1], HEADINGS[1:]):
+        placings = []
+        for turn in turns:
+            with facing(arm, turn):
+                placings.append((turn, Placing(arm, thing, goal(), clearance=clearance)))
+        suited = _Suited(arm, thing, placings, parts[0].around)
+        ways = reaching.find(found, GOOD, suited)
+        if suited.some or not ways:
+            break
+    return ways
 
-    asked: dict[Hashable, bool] = {}
 
-    def suits(pose: Pose) -> bool:
+class _Suited:
+    """Whether there is a way to put down what is held as at some poses, which takes long to find
+    out: those that are asked about are few.
+
+    Args:
+        arm: the arm.
+        thing: what is held.
+        placings: look for ways to put it down, each with a turn of the base to the left, degrees.
+        around: whether the thing is round.
+    """
+
+    def __init__(
+        self, arm: Arm, thing: Thing, placings: Sequence[tuple[float, Placing]], around: bool
+    ) -> None:
+        self._arm, self._placings = arm, placings
+        self._opening = thing.sides()[0][1] / OPENING
         # What is round is turned about the vertical where it is put, however it is held.
-        hold = pose.family[2 if parts[0].around else 0 : -1], pose.place
-        if hold not in asked and len(asked) < MOST_ASKED:
-            grip = Grip(pose.point, pose.hand, opening)
-            asked[hold] = bool(placing.ways(grip, 1, FEW))
-        return asked.get(hold, False)
+        self._first = 2 if around else 0
+        self._asked: dict[Hashable, bool] = {}
 
-    return reaching.find(found, GOOD, suits)
+    @property
+    def some(self) -> bool:
+        """Whether any pose did."""
+        return any(self._asked.values())
+
+    def __call__(self, pose: Pose) -> bool:
+        hold = pose.family[self._first : -1], pose.place
+        if hold not in self._asked and len(self._asked) < MOST_ASKED:
+            grip = Grip(pose.point, pose.hand, self._opening)
+            self._asked[hold] = any(
+                self._ways(turn, placing, grip) for turn, placing in self._placings
+            )
+        return self._asked.get(hold, False)
+
+    def _ways(self, turn: float, placing: Placing, grip: Grip) -> bool:
+        with facing(self._arm, turn):
+            return bool(placing.ways(grip, 1, FEW))
 
 
 def _hits(pose: Pose, thing: Thing) -> bool:
