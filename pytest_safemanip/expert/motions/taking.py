@@ -60,7 +60,7 @@ NEAREST, FARTHEST = 0.36, 0.65
 """
 FAR = 0.15
 """The base goes along with what slides farther, m."""
-TWISTED, TURNS, BEHIND = 0.05, 8, 0.3
+TWISTED, PLACES, BEHIND = 0.05, 8, 0.3
 """What is held nearer than this to the hinge turns with the hand, m, which is looked at in so many
 places on the way, and may stay behind by so much, rad: so far fingers turn about what they hold."""
 
@@ -325,7 +325,7 @@ def turns_along(arm: Arm, hold: Hold, joint: Joint, by: float) -> bool:
         joint: moves the part.
         by: how much more open it is to be.
     """
-    then = [hold.moved(joint, share * by, 1.0) for share in np.linspace(0.0, 1.0, TURNS + 1)]
+    then = [hold.moved(joint, share * by, 1.0) for share in np.linspace(0.0, 1.0, PLACES + 1)]
     start = np.append(arm.base, arm.torso)
     points = (np.array([h.point for h in then]) - start) @ arm.frame
     hands = arm.frame.T @ np.array([h.hand for h in then])
