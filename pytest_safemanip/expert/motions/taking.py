@@ -330,8 +330,9 @@ def turns_along(arm: Arm, hold: Hold, joint: Joint, by: float) -> bool:
     points = (np.array([h.point for h in then]) - start) @ arm.frame
     hands = arm.frame.T @ np.array([h.hand for h in then])
     joints, _ = follow(joints_now(arm), points[None], hands[None])
-    end = links(joints[0, -1:])[1][0, 7]
-    return float(np.linalg.norm(rotation_vector(hands[-1] @ end.T))) < BEHIND
+    turned = links(joints[0])[1][:, 7]
+    lags = [rotation_vector(hand @ now.T) for hand, now in zip(hands, turned, strict=True)]
+    return float(np.linalg.norm(lags, axis=1).max()) < BEHIND
 
 
 def by_base(arm: Arm, joint: Joint) -> bool:
