@@ -244,18 +244,27 @@ def _free(
         takes = arm.latest(asked, state, lambda: ways(wider), LASTING)
         return takes.free(number, joint)
 
+    def none(wider: bool) -> NoWay | None:
+        """Why there is no way at all; None if there is one."""
+        try:
+            free(0, wider)
+        except NoWay as error:
+            return error
+        return None
+
     number = arm.choices.choose(f"{what} of {joint.name}", range(OPTIONS))
     if joint.kind == "slide" or pinched or joint.gives_access:
         return free(number)
     # In turn: what is rarely needed helps where the usual ways only look free.
-    number, wider = number // 2, number % 2 == 1
-    try:
-        return free(number, wider)
-    except NoWay as none:
-        try:
-            return free(number, not wider)
-        except NoWay:
-            raise none from None
+    usual = none(False)
+    if usual is None and not number:
+        return free(number)
+    rare = none(True)
+    sets = [wider for wider, error in ((False, usual), (True, rare)) if error is None]
+    if usual is not None and not sets:
+        raise usual
+    number, turn = divmod(number, len(sets))
+    return free(number, sets[turn])
 
 
 def follow(
