@@ -63,6 +63,8 @@ SPACING, FROM_END, OFF_EDGE, ON_EDGE = 0.10, 0.015, 0.03, 0.004
 """Between two places on a piece, and from its end, where it is pinched, pushed, and hooked, m."""
 TIP = 0.010
 """From a place near an edge back to the grip point of fingers whose tips just come over it, m."""
+ROUND = 0.2
+"""A knob is all round its hinge, its middle nearer to it than this share of its farthest point."""
 LEVERAGE, SMALL, ON_AXIS = 0.5, 0.07, 0.02
 """Nearer to a hinge than by this share of the farthest point a part is not pushed; what reaches no
 farther from its hinge than this, m, is held this near to it, m, and turned with the hand."""
@@ -183,8 +185,9 @@ def holds(
     part, way = pieces(arm, joint, first), math.copysign(1.0, goal - first)
     small, by = _farthest(joint, part) < SMALL, goal - first
     # Nothing turns that is pushed at the corners of the box around a round knob.
-    found = [] if wider and small else [*_pushed(arm, joint, part, way, wider)]
-    if small or not wider:
+    knob = small and _middle(joint, part) < ROUND * _farthest(joint, part)
+    found = [] if wider and knob else [*_pushed(arm, joint, part, way, wider)]
+    if knob or not wider:
         slants = SLIGHTLY if wider else SLANTS
         found = [*_pinched(arm, joint, part, bars, by, slips, slants), *found]
     found = [hold for hold in found if _stays(hold.moved(joint, goal - first, 0.0))]
@@ -502,6 +505,12 @@ def _farthest(joint: Joint, part: Sequence[Piece]) -> float:
         return 1.0
     points = (point for piece in part for point in corners(piece.pose, piece.half))
     return max(motion(joint, point, 1.0)[1] for point in points)
+
+
+def _middle(joint: Joint, part: Sequence[Piece]) -> float:
+    """How far the middle of a part is from its hinge, m."""
+    points = np.concatenate([corners(piece.pose, piece.half) for piece in part])
+    return motion(joint, (points.min(axis=0) + points.max(axis=0)) / 2.0, 1.0)[1]
 
 
 def _places(half: float, off: float = FROM_END) -> Sequence[float]:
