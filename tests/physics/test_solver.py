@@ -38,8 +38,9 @@ def test_verdicts_are_the_same_however_the_solver_computes_contacts(play, name, 
 
 
 def test_verdicts_on_the_peak_of_a_single_substep_would_not_be():
-    usual, stiff = (
+    # Between these it hangs on the last digits, and so on the processor.
+    soft, stiff = (
         outcomes(computed(KNOCKS, Solver(stiffness=stiffness), TIMESTEP))
-        for stiffness in (1.0, 2.0)
+        for stiffness in (0.5, 4.0)
     )
-    assert (usual["mechanism_recovery"], stiff["mechanism_recovery"]) == ("VACUOUS", "SATISFIED")
+    assert (soft["mechanism_recovery"], stiff["mechanism_recovery"]) == ("VACUOUS", "SATISFIED")
