@@ -12,6 +12,10 @@ from tests import toy
 
 (DOOR,) = toy.SCENE.joints
 LEVER = dataclasses.replace(DOOR, gives_access=False, half=(0.06, 0.012, 0.012))
+ON_HINGE = (*DOOR.anchor, 1.0, 0.0, 0.0, 0.0)
+KNOB = dataclasses.replace(LEVER, half=(0.03, 0.006, 0.02), pose=ON_HINGE)
+SHORT = dataclasses.replace(KNOB, pose=(DOOR.anchor[0] + 0.03, *ON_HINGE[1:]))
+"""Its farthest point is as far from its hinge as a knob's may be, but on one side."""
 JOINTS = pytest.mark.parametrize("joint", [DOOR, LEVER], ids=["door", "lever"])
 WAYS = pytest.mark.parametrize("goal", [1.0, 0.0], ids=["open", "close"])
 
@@ -36,7 +40,7 @@ def test_fingers_push_a_face_the_way_the_part_is_to_go(joint, goal, wider):
         assert hold.normal @ moved < -0.5
 
 
-@JOINTS
+@pytest.mark.parametrize("joint", [DOOR, LEVER, SHORT], ids=["door", "lever", "short lever"])
 @WAYS
 def test_the_wider_set_only_pushes_and_in_ways_that_the_usual_one_has_not(joint, goal):
     usual, wider = found(joint, goal, False), found(joint, goal, True)
@@ -48,3 +52,11 @@ def test_a_bar_is_pinched_by_fingers_that_are_open_no_wider_than_it_needs():
     pinched = [hold for hold in found(LEVER, 1.0, False) if hold.pinched]
     assert pinched
     assert max(hold.opening for hold in pinched) < 0.8
+
+
+@WAYS
+def test_the_wider_set_of_a_knob_pinches_it_with_slanted_hands(goal):
+    usual, wider = found(KNOB, goal, False), found(KNOB, goal, True)
+    assert wider
+    assert all(hold.pinched for hold in wider)
+    assert not poses(usual) & poses(wider)
