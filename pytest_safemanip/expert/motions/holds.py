@@ -183,9 +183,10 @@ def holds(
         wider: whether it is moved in ways that are rarely needed, and only so.
     """
     part, way = pieces(arm, joint, first), math.copysign(1.0, goal - first)
-    small, by = _farthest(joint, part) < SMALL, goal - first
+    farthest, by = _farthest(joint, part), goal - first
+    small = farthest < SMALL
     # Nothing turns that is pushed at the corners of the box around a round knob.
-    knob = small and _middle(joint, part) < ROUND * _farthest(joint, part)
+    knob = small and motion(joint, _middle(part), 1.0)[1] < ROUND * farthest
     found = [] if wider and knob else [*_pushed(arm, joint, part, way, wider)]
     if knob or not wider:
         slants = SLIGHTLY if wider else SLANTS
@@ -381,8 +382,7 @@ def _spots(
         wider: whether edges are pushed near their ends too, and what turns little as other parts.
     """
     found: dict[tuple[int, ...], tuple[float, Array, Array, Array]] = {}
-    farthest, ends = _farthest(joint, part), [corners(p.pose, p.half) for p in part]
-    middle = (np.min(ends, axis=(0, 1)) + np.max(ends, axis=(0, 1))) / 2.0
+    farthest, middle = _farthest(joint, part), _middle(part)
     axis = np.asarray(joint.axis)
     for piece in part:
         for out, sign, first in product(range(3), (1.0, -1.0), range(3)):
@@ -507,10 +507,10 @@ def _farthest(joint: Joint, part: Sequence[Piece]) -> float:
     return max(motion(joint, point, 1.0)[1] for point in points)
 
 
-def _middle(joint: Joint, part: Sequence[Piece]) -> float:
-    """How far the middle of a part is from its hinge, m."""
+def _middle(part: Sequence[Piece]) -> Array:
+    """Middle of the box along the axes of the world that is around all pieces (3,)."""
     points = np.concatenate([corners(piece.pose, piece.half) for piece in part])
-    return motion(joint, (points.min(axis=0) + points.max(axis=0)) / 2.0, 1.0)[1]
+    return np.asarray((points.min(axis=0) + points.max(axis=0)) / 2.0)
 
 
 def _places(half: float, off: float = FROM_END) -> Sequence[float]:

@@ -135,6 +135,7 @@ def move_joint(
             if number == 1:
                 raise
             raise SkillFailed(f"{joint.key} stopped at {before:.0%}, {error}") from error
+        # A later hold only has the rest to do, and goes as far as it comes.
         turns = number == 1 and _twists(joint, hold)
         if turns and not turns_along(arm, hold, joint, next_ - before):
             raise SkillFailed(f"the wrist comes to its end before {joint.key} is there")
