@@ -6,6 +6,7 @@ state, and no bit of the episode changes.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
@@ -42,6 +43,9 @@ class Path:
             stay as near.
         turn_tolerance: angle that counts as there, rad.
         steps: control steps to a waypoint at most.
+        raised: how much farther the torso is raised from the beginning on, m.
+        begins: the waypoint on the way to which touches begin to count: before, hand and base get
+            there somehow.
 
     Raises:
         ValueError: if the shapes are others or the numbers make no sense.
@@ -58,6 +62,8 @@ class Path:
     margin: float = 0.005
     turn_tolerance: float = 0.12
     steps: int = 100
+    raised: float = 0.0
+    begins: int = 0
 
     def __post_init__(self) -> None:
         count = len(self.hand)
@@ -74,6 +80,8 @@ class Path:
                 raise ValueError(f"path: a row of {name} is known in part")
         if not ((self.speed > 0.0) & (self.speed <= 1.0)).all():
             raise ValueError("path: a speed is not in (0, 1]")
+        if not math.isfinite(self.raised):
+            raise ValueError(f"path: raised is {self.raised}")
         limits = self.margin, *self.tolerance.tolist(), self.turn_tolerance, self.steps
         if not (np.isfinite(limits).all() and min(limits) >= 0):
             raise ValueError(f"path: margin, tolerances and steps are {limits}")
@@ -176,7 +184,7 @@ Plain = list[dict[str, Any]]
 Arrays = Mapping[str, Floats]
 
 _ARRAYS = ("hand", "base", "speed", "tolerance")
-_PLAIN = ("opening", "held", "permits", "since", "margin", "turn_tolerance", "steps")
+_PLAIN = "opening held permits since margin turn_tolerance steps raised begins".split()
 
 
 def encode_paths(paths: Sequence[Path]) -> tuple[Plain, Arrays]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
 from pytest_safemanip.expert.motions.poses import Reach
 from pytest_safemanip.expert.motions.travelling import (
+    THERE,
     arrives,
     check_bent,
     drive,
@@ -19,15 +21,23 @@ from pytest_safemanip.expert.motions.travelling import (
 )
 from pytest_safemanip.expert.motions.turning import turn_base
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion
-from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
+from pytest_safemanip.expert.robot.rotations import Array, quaternion, rotation_vector
 from pytest_safemanip.expert.robot.torso import lift_torso
 from pytest_safemanip.expert.world.things import Thing
+from pytest_safemanip.expert.world.ways import held
+from pytest_safemanip.sim.clearance import STAYS, Path
 from pytest_safemanip.trace.geometry import to_local, to_world
 
 TURNS_FAR = 1.8
 """An empty hand that is to be turned by more is first brought before the base, rad: a joint might
 come to its limit.
 """
+CLOSE, EXACTLY = 0.02, 0.006
+"""Where links have less room than this, m, the base has to stand so exactly, m, for it would take
+them there beside their way: the hand comes to where it is to be, whatever the base does.
+"""
+BARELY = 0.002
+"""Room around links that is enough, by their own shapes, m."""
 SLIPS = 0.03
 """How far what is between the fingers moves that is about to be lost, m: it may turn there."""
 
@@ -47,6 +57,49 @@ def holding(arm: Arm, motion: Motion, load: Thing) -> Motion:
         if min(float(np.linalg.norm(slid)), float(np.linalg.norm(moved))) > SLIPS:
             raise IllHeld(f"{load.entity} slipped in the fingers")
         yield action
+
+
+def links_pass(arm: Arm, reach: Reach) -> bool:
+    """Whether the arm's links touch nothing on a way, from where the base stands off to where it
+    stands after, by the simulator; asked only where their room is scarce.
+    """
+    if reach.room > CLOSE:
+        return True
+    pose, base = reach.pose, reach.base
+    come, go = reach.base + reach.come, reach.base + reach.go
+    heading = math.atan2(arm.forward[1], arm.forward[0])
+    turned = quaternion(pose.hand)
+    entry = pose.point + reach.entry
+    # Where the base drives, it takes the hand along.
+    stops: list[tuple[Array | None, Array | None]] = [
+        (entry + np.append(reach.come, 0.0), come),
+        (None, base),
+        (entry, None),
+        (pose.point, None),
+        (pose.point + reach.leave, None),
+        (None, go),
+    ]
+    hands, bases = np.full((len(stops), 7), STAYS), np.full((len(stops), 3), STAYS)
+    for row, (point, place) in enumerate(stops):
+        if point is not None:
+            hands[row] = *point, *turned
+        if place is not None:
+            bases[row] = *place, heading
+    carried = held(arm)
+    own = [*((part, "") for part in ("finger", "palm", "base")), *((e, "") for e in carried)]
+    ones = np.ones(len(stops))
+    path = Path(
+        hands,
+        bases,
+        ones,
+        0.01 * ones,
+        raised=reach.torso - arm.torso,
+        held=carried,
+        permits=tuple(own),
+        begins=1,
+        margin=BARELY,
+    )
+    return arm.foresee([path])[0].touch is None
 
 
 def turned_over(arm: Arm, reach: Reach) -> Reach:
@@ -93,11 +146,12 @@ def go_before(arm: Arm, reach: Reach, load: Thing | None = None, speed: float = 
         off[:2] = swing_back(arm, entry, pose.hand, reach.base, reach.torso, reach.come, load)
         return np.asarray(reach.base + off[:2])
 
-    yield from travel(arm, standing_off, load)
+    near = EXACTLY if reach.room < CLOSE else THERE
+    yield from travel(arm, standing_off, load, near)
     yield from lift_torso(arm, reach.torso)
     # The base may be beside its place, the hand not: it passes close to what stands there.
     yield from swing_to(arm, entry + off, pose.hand, speed)
-    yield from drive(arm, reach.base, load)
+    yield from drive(arm, reach.base, load, near)
     yield from arm.move(
         entry, pose.hand, tolerance=0.01, turn_tolerance=0.08, speed=0.7 * speed, steps=60
     )

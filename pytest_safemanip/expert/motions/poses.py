@@ -99,9 +99,11 @@ class Reach(Way):
     Attributes:
         base: where the base stands meanwhile (2,).
         torso: how far it is raised, m.
+        room: around the arm's links on the way, m.
         turn: how far the base is turned to the left before, degrees.
     """
 
     base: Array
     torso: float
+    room: float
     turn: float = 0.0

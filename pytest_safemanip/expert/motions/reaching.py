@@ -18,6 +18,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.expert.motions.approaching import links_pass
 from pytest_safemanip.expert.motions.poses import Pose, Reach, Steps, Way, Ways
 from pytest_safemanip.expert.motions.turning import facing
 from pytest_safemanip.expert.robot.arm import Arm
@@ -89,6 +90,8 @@ ODD = 0.6
 LIKE, FAILED, UNFIT = 0.01, 3, 12
 """What speaks against another pose that is alike in one respect, and so many times as much if the
 arm does not get to the one it is like, or if that does not suit, which takes long to find out."""
+ASKED = 4
+"""Ways to a pose that the simulator is asked about, the cheapest."""
 MOST, UNSUITED = 16, 4
 """Ways that are offered, and of those to poses that do not suit."""
 
@@ -166,7 +169,9 @@ class Reaching:
             for plain, reaches in found:
                 pose = reaches[0].pose
                 suited = len(kinds) < most and suits(pose)
-                (good if suited else bad).extend(reaches)
+                passing = self._passing(reaches) if suited else []
+                suited = bool(passing)
+                (good if suited else bad).extend(passing or reaches)
                 seen.update(() if suited else UNFIT * _respects(pose))
                 # From below an edge the arm may get caught: that is not enough.
                 kinds |= {pose.kind} if suited and plain else set()
@@ -175,6 +180,11 @@ class Reaching:
             if not found and looked > VAIN:
                 break
         return _varied(good, 2 * most) + _varied(bad, min(UNSUITED, most - len(kinds)))
+
+    def _passing(self, reaches: Sequence[Reach]) -> Sequence[Reach]:
+        """Those ways to a pose, of the cheapest, on which the arm's links touch nothing."""
+        likely = sorted(reaches, key=lambda reach: reach.cost)[:ASKED]
+        return [reach for reach in likely if links_pass(self._arm, reach)]
 
     def _reaches(self, poses: Sequence[Pose]) -> list[tuple[bool, list[Reach]]]:
         """Ways to each of some poses that has any, and whether they are not out from below an edge:
@@ -370,7 +380,7 @@ class Reaching:
             cost += 0.8 * abs(aside - self._wrist(way.pose)[1]) + torso + REACHED * stretched[row]
             place = frame[:2, :2] @ (ahead, aside)
             hand = way.pose, way.entry, way.leave, way.come, way.go
-            found.append(Reach(*hand, cost, place, torso))
+            found.append(Reach(*hand, cost, place, torso, float(least[row])))
         return found
 
     def _off_load(self, poses: Sequence[Pose], balls: Array, radii: Array) -> NDArray[np.bool_]:

@@ -57,13 +57,16 @@ EMPTY, LOADED, HANGS = 0.7, 0.6, 0.05
 centre of mass of what swings in the fingers, m."""
 
 
-def travel(arm: Arm, find: Callable[[], Array], load: Thing | None = None) -> Motion:
+def travel(
+    arm: Arm, find: Callable[[], Array], load: Thing | None = None, near: float = THERE
+) -> Motion:
     """Drive to a place: back until nothing is in the way, then along, then up to it.
 
     Args:
         arm: the arm.
         find: gives the place of the base (2,), for the arm as it is then.
         load: what it holds.
+        near: distance along either axis of the base that counts as there, m.
 
     Raises:
         SkillFailed: if the base does not get there.
@@ -84,6 +87,7 @@ def travel(arm: Arm, find: Callable[[], Array], load: Thing | None = None) -> Mo
         if row is None or _blocked(arm, row, goal):
             for place in route(arm, load, goal):
                 yield from drive(arm, place, load)
+            yield from drive(arm, goal, load, near)
             return
         if row < arm.ahead(arm.base):
             beside = arm.aside(arm.base) + _beside(arm, row)
@@ -91,7 +95,7 @@ def travel(arm: Arm, find: Callable[[], Array], load: Thing | None = None) -> Mo
             yield from drive(arm, arm.floor_point(row, beside), load)
         along = min(arm.ahead(arm.base), max(row, arm.ahead(goal)))
         yield from drive(arm, arm.floor_point(along, aside), load)
-    yield from drive(arm, goal, load)
+    yield from drive(arm, goal, load, near)
 
 
 def step_aside(arm: Arm) -> Motion:
@@ -124,13 +128,14 @@ def _blocked(arm: Arm, row: float, goal: Array) -> bool:
     return rearmost(arm, aside, aside) > ahead
 
 
-def drive(arm: Arm, goal: Array, load: Thing | None = None) -> Motion:
+def drive(arm: Arm, goal: Array, load: Thing | None = None, near: float = THERE) -> Motion:
     """Move the base in a straight line, gently with a load, slowly if that hangs in the fingers.
 
     Args:
         arm: the arm.
         goal: base position on the floor (2,).
         load: what it holds.
+        near: distance along either axis of the base that counts as there, m.
 
     Raises:
         SkillFailed: if the base does not arrive in time.
@@ -140,11 +145,12 @@ def drive(arm: Arm, goal: Array, load: Thing | None = None) -> Motion:
         hangs = float(arm.position[2] - load.com[2]) > HANGS
         speed = CAREFUL if hangs else LOADED
     off = goal - arm.base
-    if max(abs(off @ arm.forward), abs(off @ arm.left)) < THERE:
+    if max(abs(off @ arm.forward), abs(off @ arm.left)) < near:
         return
     way = float(np.linalg.norm(off))
     steps = 80 + round(way / ((speed - BASE_DEAD_BAND) * arm.scene.control_period))
-    yield from arm.drive(goal, speed=speed, steps=steps, gentle=load is not None)
+    gentle = load is not None
+    yield from arm.drive(goal, tolerance=near, speed=speed, steps=steps, gentle=gentle)
 
 
 def _row(arm: Arm, aside: float, load: Thing | None) -> float | None:

@@ -41,16 +41,24 @@ class Foresight:
         description: of its scene.
         arm: its arm.
         wheels: ids of the joints that move the base ahead, aside and round; empty if it is fixed.
+        torso: id of the joint that raises the arm; None if none does.
     """
 
     def __init__(
-        self, model: Any, live: Any, description: Description, arm: Arm, wheels: tuple[int, ...]
+        self,
+        model: Any,
+        live: Any,
+        description: Description,
+        arm: Arm,
+        wheels: tuple[int, ...],
+        torso: int | None = None,
     ) -> None:
         self._model, self._arm, self._description = model, arm, description
         self._scratch = Scratch(model, live)
         self._data = self._scratch.data
         self._wheels = model.jnt_qposadr[list(wheels)].astype(np.intp)
         self._axes = list(wheels[:2])
+        self._torso = torso
         parts, self._part = description.table.parts, description.table.of_geom
         self._geoms = np.flatnonzero(self._part >= 0)
         owners = [parts[part] for part in self._part[self._geoms]]
@@ -71,7 +79,7 @@ class Foresight:
         own, others, permitted = self._sides(path)
         self._proximity = Proximity(self._model, self._data, own, others, reach)
         self._start: dict[tuple[int, int], float] = {}
-        for near in self._proximity.near():
+        for near in self._proximity.near() if not path.begins else ():
             pair = near.own, int(self._part[near.other])
             self._start[pair] = min(near.distance, self._start.get(pair, math.inf))
         self._room = math.inf
@@ -81,7 +89,7 @@ class Foresight:
             if waypoint == path.since:
                 self._proximity.permit(permitted)
             for _ in self._moves(path, waypoint):
-                found = self._look(path)
+                found = self._look(path) if waypoint >= path.begins else None
                 if found and (touch is None or found.distance < touch.distance):
                     touch = found
                 if touch is not None and -touch.distance > DEEP:
@@ -110,6 +118,8 @@ class Foresight:
         data = self._data
         mujoco.mj_kinematics(self._model, data)
         hand = self._description.hands[0]
+        if path.raised:
+            self._raise(path.raised)
         if not math.isnan(path.opening):
             data.qpos[hand.qpos] = hand.closed + path.opening * (hand.opened - hand.closed)
         self._law = Law(self._model, data, self._arm)
@@ -124,6 +134,18 @@ class Foresight:
             local = rotate(back, data.xpos[body] - pose[:3]), multiply(back, data.xquat[body])
             self._held.append((int(self._model.jnt_qposadr[joint]), *local))
         self._place()
+
+    def _raise(self, by: float) -> None:
+        """Raise the torso as far as it goes.
+
+        Raises:
+            ConfigError: if there is none.
+        """
+        if self._torso is None:
+            raise ConfigError("a path with its torso raised; this robot has none")
+        address, limits = self._model.jnt_qposadr[self._torso], self._model.jnt_range[self._torso]
+        self._data.qpos[address] = np.clip(self._data.qpos[address] + by, *limits)
+        mujoco.mj_kinematics(self._model, self._data)
 
     def _place(self) -> None:
         """Kinematics of a posture, with what is held."""

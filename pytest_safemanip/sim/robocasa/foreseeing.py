@@ -11,6 +11,7 @@ from pytest_safemanip.sim.mujoco.foresight import Foresight
 from pytest_safemanip.sim.mujoco.osc import Arm
 
 WHEELS = tuple(f"mobilebase0_joint_mobile_{way}" for way in ("forward", "side", "yaw"))
+TORSO = "mobilebase0_joint_torso_height"
 PULL = 10.0
 """robosuite's stiffness towards the home posture, 1/s2, which its controller does not keep."""
 
@@ -38,4 +39,5 @@ def open_foresight(env: Any, description: Description) -> Foresight:
         period=float(env.control_timestep),
     )
     wheels = tuple(model.joint(name).id for name in WHEELS)
-    return Foresight(model, env.sim.data._data, description, arm, wheels)
+    torso = model.joint(TORSO).id
+    return Foresight(model, env.sim.data._data, description, arm, wheels, torso)
