@@ -36,7 +36,7 @@ CLOSE, EXACTLY = 0.02, 0.006
 """Where links have less room than this, m, the base has to stand so exactly, m, for it would take
 them there beside their way: the hand comes to where it is to be, whatever the base does.
 """
-BARELY = 0.002
+BARELY = 0.008
 """Room around links that is enough, by their own shapes, m."""
 SLIPS = 0.03
 """How far what is between the fingers moves that is about to be lost, m: it may turn there."""

@@ -21,6 +21,7 @@ from pytest_safemanip.expert.motions.poses import Pose, Reach, Ways
 from pytest_safemanip.expert.motions.reaching import (
     HEADINGS,
     LINK_CLEARANCES,
+    CRAMPED,
     SQUEEZED,
     Reaching,
     any_heading,
@@ -114,7 +115,8 @@ def _make_room(
             break
         yield from _pull(arm, drawer)
         ways = _known_ways(arm, thing, part, goal)
-    ways = ways or _known_ways(arm, thing, part, goal, (SQUEEZED,))[:DOUBTFUL]
+    for clearance in (SQUEEZED, CRAMPED):
+        ways = ways or _known_ways(arm, thing, part, goal, (clearance,))[:DOUBTFUL]
     if not ways:
         yield from drag(arm, thing)
         ways = _known_ways(arm, thing, part, goal)
