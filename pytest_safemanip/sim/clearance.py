@@ -184,7 +184,8 @@ Plain = list[dict[str, Any]]
 Arrays = Mapping[str, Floats]
 
 _ARRAYS = ("hand", "base", "speed", "tolerance")
-_PLAIN = "opening held permits since margin turn_tolerance steps raised begins".split()
+_NUMBERS = ("opening", "since", "margin", "turn_tolerance", "steps", "raised", "begins")
+_PLAIN = (*_NUMBERS, "held", "permits")
 
 
 def encode_paths(paths: Sequence[Path]) -> tuple[Plain, Arrays]:

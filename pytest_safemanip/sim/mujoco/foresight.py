@@ -79,7 +79,7 @@ class Foresight:
         own, others, permitted = self._sides(path)
         self._proximity = Proximity(self._model, self._data, own, others, reach)
         self._start: dict[tuple[int, int], float] = {}
-        for near in self._proximity.near() if not path.begins else ():
+        for near in self._proximity.near():
             pair = near.own, int(self._part[near.other])
             self._start[pair] = min(near.distance, self._start.get(pair, math.inf))
         self._room = math.inf

@@ -95,6 +95,27 @@ def test_a_touch_that_a_script_permits_does_not_count(cook: Kitchen) -> None:
     assert not cook.ask(way(*poses, permits=(("palm", touch.other),))).free
 
 
+def test_what_is_touched_before_a_way_begins_does_not_count(cook: Kitchen) -> None:
+    top = counter_top(cook, 0.5, 0.3)
+    poses = [cook.pose(0.5, 0.3, top + z, 0.0, 0.0) for z in (-0.03, 0.2, 0.25)]
+    touch = cook.ask(way(*poses, begins=0)).touch
+    assert touch is not None
+    assert cook.ask(way(*poses, begins=2)).free
+    again = cook.ask(way(*poses, poses[0], begins=2))
+    assert again.waypoint == 3
+    assert again.touch is not None
+    assert again.touch.other == touch.other
+
+
+def test_a_torso_that_is_raised_takes_the_hand_along_as_far_as_it_goes(cook: Kitchen) -> None:
+    here = cook.ask(drive(cook, 0.0)).hand
+    for by, risen in ((0.1, 0.1), (1.0, 0.34)):
+        raised = cook.ask(dataclasses.replace(drive(cook, 0.0), raised=by)).hand
+        assert raised[:3] - here[:3] == pytest.approx((0.0, 0.0, risen), abs=2e-3)
+    with pytest.raises(ValueError, match="raised is nan"):
+        dataclasses.replace(drive(cook, 0.0), raised=np.nan)
+
+
 def test_a_hand_that_cannot_arrive_is_an_answer(cook: Kitchen) -> None:
     far = cook.pose(0.2, -1.4, 1.3, 0.0, 0.0)
     answer = cook.ask(way(far, permits=(("", ""),)))
@@ -202,10 +223,14 @@ def test_a_path_with_wrong_shapes_is_refused(changed: dict[str, Any], message: s
 
 
 def test_paths_and_answers_survive_the_wire() -> None:
-    path = way(np.arange(7.0), held=("pan",), permits=(("finger", "pan"),), opening=0.5)
+    permits = (("finger", "pan"),)
+    path = way(
+        np.arange(7.0), held=("pan",), permits=permits, opening=0.5, raised=0.2, begins=1
+    )
     plain, arrays = clearance.encode_paths([path, way(np.ones(7))])
     first, second = clearance.decode_paths(plain, arrays)
-    assert (first.held, first.permits, first.opening) == (path.held, path.permits, 0.5)
+    assert (first.held, first.permits, first.opening) == (path.held, permits, 0.5)
+    assert (first.raised, first.begins) == (0.2, 1)
     assert np.array_equal(first.hand, path.hand)
     assert np.isnan(second.opening)
     touch = Touch("palm", "cab", "door", (1.0, 2.0, 3.0), 0.01)
