@@ -19,9 +19,9 @@ from pytest_safemanip.expert.motions.joints import move_joint
 from pytest_safemanip.expert.motions.placing import Grip, Placing, Spot
 from pytest_safemanip.expert.motions.poses import Pose, Reach, Ways
 from pytest_safemanip.expert.motions.reaching import (
+    CRAMPED,
     HEADINGS,
     LINK_CLEARANCES,
-    CRAMPED,
     SQUEEZED,
     Reaching,
     any_heading,

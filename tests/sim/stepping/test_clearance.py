@@ -224,9 +224,7 @@ def test_a_path_with_wrong_shapes_is_refused(changed: dict[str, Any], message: s
 
 def test_paths_and_answers_survive_the_wire() -> None:
     permits = (("finger", "pan"),)
-    path = way(
-        np.arange(7.0), held=("pan",), permits=permits, opening=0.5, raised=0.2, begins=1
-    )
+    path = way(np.arange(7.0), held=("pan",), permits=permits, opening=0.5, raised=0.2, begins=1)
     plain, arrays = clearance.encode_paths([path, way(np.ones(7))])
     first, second = clearance.decode_paths(plain, arrays)
     assert (first.held, first.permits, first.opening) == (path.held, permits, 0.5)
