@@ -62,6 +62,8 @@ ASTRAY = 0.015
 PROBED, NEARER, STEEP = 0.25, 0.004, 0.5
 """Speed and stride, m, at which it is looked for what a hand closes on, and how much it has to
 point down, as a cosine."""
+LONGEST = 1.0
+"""A thing that reaches farther below a grip point, m, is no longer where it was."""
 NARROWED, BITES = (0.7, 0.5, 0.4, 0.3), 0.008
 """How far fingers are open that would else not come so far below the top of what they close on,
 share of the full opening and m."""
@@ -273,6 +275,8 @@ def deeper(arm: Arm, thing: Thing, pose: Pose) -> tuple[float, float]:
     most = max(0.0, tips - thing.bottom - TIPS_OFF) / max(STEEP, -float(approach[2]))
     if -approach[2] < STEEP or most == 0.0:
         return 0.0, pose.opening
+    if most > LONGEST:
+        raise SkillFailed(f"{thing.entity} fell away from between the fingers")
     # Where it is first touched: farther in, how deep says nothing about how far.
     offs = np.arange(most, -SHALLOW - FINGERTIP, -NEARER)[::-1]
     legs = [Leg(pose.point + off * approach, pose.hand, NEARER / 2.0, PROBED) for off in offs]
