@@ -37,7 +37,8 @@ CLOSE, EXACTLY = 0.02, 0.006
 them there beside their way: the hand comes to where it is to be, whatever the base does.
 """
 BARELY = 0.008
-"""Room around links that is enough, by their own shapes, m."""
+"""Room around links that is enough, by their own shapes, m: so far an arm is from where it is
+foreseen while its base drives."""
 SLIPS = 0.03
 """How far what is between the fingers moves that is about to be lost, m: it may turn there."""
 
@@ -65,41 +66,48 @@ def links_pass(arm: Arm, reach: Reach) -> bool:
     """
     if reach.room > CLOSE:
         return True
-    pose, base = reach.pose, reach.base
-    come, go = reach.base + reach.come, reach.base + reach.go
-    heading = math.atan2(arm.forward[1], arm.forward[0])
-    turned = quaternion(pose.hand)
-    entry = pose.point + reach.entry
-    # Where the base drives, it takes the hand along.
-    stops: list[tuple[Array | None, Array | None]] = [
-        (entry + np.append(reach.come, 0.0), come),
-        (None, base),
-        (entry, None),
-        (pose.point, None),
-        (pose.point + reach.leave, None),
-        (None, go),
-    ]
-    hands, bases = np.full((len(stops), 7), STAYS), np.full((len(stops), 3), STAYS)
-    for row, (point, place) in enumerate(stops):
-        if point is not None:
-            hands[row] = *point, *turned
-        if place is not None:
-            bases[row] = *place, heading
-    carried = held(arm)
-    own = [*((part, "") for part in ("finger", "palm", "base")), *((e, "") for e in carried)]
-    ones = np.ones(len(stops))
+    hands, bases = _stops(arm, reach)
+    carried, ones = held(arm), np.ones(len(hands))
     path = Path(
         hands,
         bases,
         ones,
-        0.01 * ones,
-        raised=reach.torso - arm.torso,
+        THERE / 2.0 * ones,
         held=carried,
-        permits=tuple(own),
-        begins=1,
+        # Whether hand and base have room has been looked at.
+        permits=tuple((own, "") for own in ("finger", "palm", "base", *carried)),
         margin=BARELY,
+        raised=reach.torso - arm.torso,
+        begins=1,
     )
     return arm.foresee([path])[0].touch is None
+
+
+def _stops(arm: Arm, reach: Reach) -> tuple[Array, Array]:
+    """Poses of the hand (N, 7) and places of the base (N, 3) on a way: from the second on the base
+    drives up, the hand goes in and out, and the base draws back.
+    """
+    turned = quaternion(reach.pose.hand)
+    heading = math.atan2(arm.forward[1], arm.forward[0])
+
+    def at(off: Array) -> Array:
+        return np.append(reach.pose.point + off, turned)
+
+    def stand(off: Array) -> Array:
+        return np.append(reach.base + off, heading)
+
+    # Where the base drives, it takes the hand along.
+    along, stays = np.full(7, STAYS), np.full(3, STAYS)
+    stops = [
+        (at(reach.entry + np.append(reach.come, 0.0)), stand(reach.come)),
+        (along, stand(np.zeros(2))),
+        (at(reach.entry), stays),
+        (at(np.zeros(3)), stays),
+        (at(reach.leave), stays),
+        (along, stand(reach.go)),
+    ]
+    hands, bases = (np.array(rows) for rows in zip(*stops, strict=True))
+    return hands, bases
 
 
 def turned_over(arm: Arm, reach: Reach) -> Reach:

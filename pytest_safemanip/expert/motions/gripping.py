@@ -19,7 +19,6 @@ from pytest_safemanip.expert.motions.joints import move_joint
 from pytest_safemanip.expert.motions.placing import Grip, Placing, Spot
 from pytest_safemanip.expert.motions.poses import Pose, Reach, Ways
 from pytest_safemanip.expert.motions.reaching import (
-    CRAMPED,
     HEADINGS,
     LINK_CLEARANCES,
     SQUEEZED,
@@ -117,8 +116,7 @@ def _make_room(
             break
         yield from _pull(arm, drawer)
         ways = _known_ways(arm, thing, part, goal)
-    for clearance in (SQUEEZED, CRAMPED):
-        ways = ways or _known_ways(arm, thing, part, goal, (clearance,))[:DOUBTFUL]
+    ways = ways or _known_ways(arm, thing, part, goal, (SQUEEZED,))[:DOUBTFUL]
     if not ways:
         yield from drag(arm, thing)
         ways = _known_ways(arm, thing, part, goal)

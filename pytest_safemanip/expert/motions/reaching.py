@@ -45,9 +45,6 @@ that the second value is tried where the first one leaves no way."""
 SQUEEZED, GRAZES = -0.025, 0.004
 """Likewise where the hand has no room otherwise, and how much less is left around it then, m: its
 shape and others are taken for larger than they are, and a rehearsal tells whether they meet."""
-CRAMPED = -0.06
-"""Likewise where there is no way still: so much larger balls are in places than links, and only
-those ways are taken on which, by the links' own shapes, these touch nothing, m."""
 OVERLAP_COST = 50.0
 """Cost of each m by which a ball's clearance is below the first value."""
 LOWERED = 0.018
@@ -174,8 +171,7 @@ class Reaching:
                 suited = len(kinds) < most and suits(pose)
                 passing = self._passing(reaches) if suited else []
                 suited = bool(passing)
-                if passing or self._clearance >= SQUEEZED:
-                    (good if suited else bad).extend(passing or reaches)
+                (good if suited else bad).extend(passing or reaches)
                 seen.update(() if suited else UNFIT * _respects(pose))
                 # From below an edge the arm may get caught: that is not enough.
                 kinds |= {pose.kind} if suited and plain else set()
