@@ -44,8 +44,8 @@ class Path:
         turn_tolerance: angle that counts as there, rad.
         steps: control steps to a waypoint at most.
         raised: how much farther the torso is raised from the beginning on, m.
-        begins: the waypoint on the way to which touches begin to count: before, hand and base get
-            there somehow.
+        begins: the waypoint on the way to which touches begin to count: whatever is touched before
+            it is ignored.
 
     Raises:
         ValueError: if the shapes are others or the numbers make no sense.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -21,11 +20,10 @@ from pytest_safemanip.expert.motions.travelling import (
 )
 from pytest_safemanip.expert.motions.turning import turn_base
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion
-from pytest_safemanip.expert.robot.rotations import Array, quaternion, rotation_vector
+from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
 from pytest_safemanip.expert.robot.torso import lift_torso
 from pytest_safemanip.expert.world.things import Thing
-from pytest_safemanip.expert.world.ways import held
-from pytest_safemanip.sim.clearance import STAYS, Path
+from pytest_safemanip.expert.world.ways import Leg, foresee, held
 from pytest_safemanip.trace.geometry import to_local, to_world
 
 TURNS_FAR = 1.8
@@ -36,6 +34,8 @@ CLOSE, EXACTLY = 0.02, 0.006
 """Where links have less room than this, m, the base has to stand so exactly, m, for it would take
 them there beside their way: the hand comes to where it is to be, whatever the base does.
 """
+ARRIVES = 0.01
+"""Distance that counts as there before and at a goal, m."""
 BARELY = 0.008
 """Room around links that is enough, by their own shapes, m: so far an arm is from where it is
 foreseen while its base drives."""
@@ -66,48 +66,21 @@ def links_pass(arm: Arm, reach: Reach) -> bool:
     """
     if reach.room > CLOSE:
         return True
-    hands, bases = _stops(arm, reach)
-    carried, ones = held(arm), np.ones(len(hands))
-    path = Path(
-        hands,
-        bases,
-        ones,
-        THERE / 2.0 * ones,
-        held=carried,
-        # Whether hand and base have room has been looked at.
-        permits=tuple((own, "") for own in ("finger", "palm", "base", *carried)),
-        margin=BARELY,
-        raised=reach.torso - arm.torso,
-        begins=1,
-    )
-    return arm.foresee([path])[0].touch is None
-
-
-def _stops(arm: Arm, reach: Reach) -> tuple[Array, Array]:
-    """Poses of the hand (N, 7) and places of the base (N, 3) on a way: from the second on the base
-    drives up, the hand goes in and out, and the base draws back.
-    """
-    turned = quaternion(reach.pose.hand)
-    heading = math.atan2(arm.forward[1], arm.forward[0])
-
-    def at(off: Array) -> Array:
-        return np.append(reach.pose.point + off, turned)
-
-    def stand(off: Array) -> Array:
-        return np.append(reach.base + off, heading)
-
-    # Where the base drives, it takes the hand along.
-    along, stays = np.full(7, STAYS), np.full(3, STAYS)
-    stops = [
-        (at(reach.entry + np.append(reach.come, 0.0)), stand(reach.come)),
-        (along, stand(np.zeros(2))),
-        (at(reach.entry), stays),
-        (at(np.zeros(3)), stays),
-        (at(reach.leave), stays),
-        (along, stand(reach.go)),
+    pose, come, go = reach.pose, reach.base + reach.come, reach.base + reach.go
+    entry, hand = pose.point + reach.entry, pose.hand
+    legs = [
+        Leg(come, touches=True),
+        Leg(entry + np.append(reach.come, 0.0), hand, ARRIVES),
+        Leg(reach.base),
+        Leg(entry, hand, ARRIVES),
+        Leg(pose.point, hand, ARRIVES),
+        Leg(pose.point + reach.leave, hand, ARRIVES),
+        Leg(go),
     ]
-    hands, bases = (np.array(rows) for rows in zip(*stops, strict=True))
-    return hands, bases
+    # Whether hand and base have room has been looked at.
+    permits = [(own, "") for own in ("finger", "palm", "base", *held(arm))]
+    raised = reach.torso - arm.torso
+    return foresee(arm, legs, permits, margin=BARELY, raised=raised, begins=2).touch is None
 
 
 def turned_over(arm: Arm, reach: Reach) -> Reach:
@@ -161,7 +134,7 @@ def go_before(arm: Arm, reach: Reach, load: Thing | None = None, speed: float = 
     yield from swing_to(arm, entry + off, pose.hand, speed)
     yield from drive(arm, reach.base, load, near)
     yield from arm.move(
-        entry, pose.hand, tolerance=0.01, turn_tolerance=0.08, speed=0.7 * speed, steps=60
+        entry, pose.hand, tolerance=ARRIVES, turn_tolerance=0.08, speed=0.7 * speed, steps=60
     )
     check_bent(arm)
 

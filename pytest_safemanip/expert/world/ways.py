@@ -46,6 +46,9 @@ def foresee(
     legs: Sequence[Leg],
     permits: Permits = (),
     opening: float = STAYS,
+    margin: float = MARGIN,
+    raised: float = 0.0,
+    begins: int = 0,
 ) -> Clearance:
     """What would be touched on a way from here.
 
@@ -55,6 +58,9 @@ def foresee(
         permits: touches that do not count from the first leg that touches, or on the last one, see
             :class:`~pytest_safemanip.sim.clearance.Path`.
         opening: of the fingers, share of the full opening.
+        margin: what comes nearer than this counts as touched, m.
+        raised: how much farther the torso is raised before, m.
+        begins: the leg from which on touches count.
     """
     hand, base = np.full((len(legs), 7), STAYS), np.full((len(legs), 3), STAYS)
     rotation, heading = arm.rotation, float(np.arctan2(arm.forward[1], arm.forward[0]))
@@ -68,9 +74,23 @@ def foresee(
     since = next((n for n, leg in enumerate(legs) if leg.touches), len(legs) - 1)
     tolerance = np.array([leg.tolerance for leg in legs])
     permits = tuple(permits)
-    path = Path(hand, base, speed, tolerance, opening, held(arm), permits, since, MARGIN, steps=160)
+    path = Path(
+        hand,
+        base,
+        speed,
+        tolerance,
+        opening,
+        held(arm),
+        permits,
+        since,
+        margin,
+        steps=160,
+        raised=raised,
+        begins=begins,
+    )
     arrays = arm.step.qpos, hand, base, speed, tolerance
-    state = *(array.tobytes() for array in arrays), opening, permits, since
+    numbers = opening, permits, since, margin, raised, begins
+    state = *(array.tobytes() for array in arrays), *numbers
     return arm.latest("what would be touched", state, lambda: arm.foresee([path])[0], FORESEEN)
 
 

@@ -116,10 +116,10 @@ class Foresight:
         """The present state, the fingers as they are to be."""
         self._scratch.take()
         data = self._data
-        mujoco.mj_kinematics(self._model, data)
-        hand = self._description.hands[0]
         if path.raised:
             self._raise(path.raised)
+        mujoco.mj_kinematics(self._model, data)
+        hand = self._description.hands[0]
         if not math.isnan(path.opening):
             data.qpos[hand.qpos] = hand.closed + path.opening * (hand.opened - hand.closed)
         self._law = Law(self._model, data, self._arm)
@@ -145,7 +145,6 @@ class Foresight:
             raise ConfigError("a path with its torso raised; this robot has none")
         address, limits = self._model.jnt_qposadr[self._torso], self._model.jnt_range[self._torso]
         self._data.qpos[address] = np.clip(self._data.qpos[address] + by, *limits)
-        mujoco.mj_kinematics(self._model, self._data)
 
     def _place(self) -> None:
         """Kinematics of a posture, with what is held."""
