@@ -6,7 +6,13 @@ from collections.abc import Callable, Generator, Hashable, Sequence
 
 import numpy as np
 
-from pytest_safemanip.expert.motions.approaching import draw_back, go_before, holding, turned_over
+from pytest_safemanip.expert.motions.approaching import (
+    ARRIVES,
+    draw_back,
+    go_before,
+    holding,
+    turned_over,
+)
 from pytest_safemanip.expert.motions.dragging import drag
 from pytest_safemanip.expert.motions.handholds import (
     SHALLOW,
@@ -29,7 +35,13 @@ from pytest_safemanip.expert.motions.travelling import check_bent
 from pytest_safemanip.expert.motions.turning import facing
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.expert.robot.base import LASTING
-from pytest_safemanip.expert.robot.hand import FINGERTIP, OPENING, finger_points, palm_points
+from pytest_safemanip.expert.robot.hand import (
+    FINGER_THICK,
+    FINGERTIP,
+    OPENING,
+    finger_points,
+    palm_points,
+)
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.contacts import carriers
 from pytest_safemanip.expert.world.room import Room, walls
@@ -132,14 +144,20 @@ def _known_ways(
 ) -> list[Reach]:
     state = arm.step.object_pose.tobytes(), arm.step.base_pose.tobytes()
     what = f"ways to grasp {thing.entity} {part} {clearances}"
-    return arm.latest(
-        what,
-        state,
-        lambda: any_heading(
+
+    def find() -> list[Reach]:
+        ways = any_heading(
             arm, lambda clearance: ways_to_grasp(arm, thing, part, goal, clearance), clearances
-        ),
-        LASTING,
-    )
+        )
+        # Which of two ends is slim and which one flat, its box does not show.
+        return _closing(arm, thing, ways) if part == "end" else ways
+
+    return arm.latest(what, state, find, LASTING)
+
+
+def _closing(arm: Arm, thing: Thing, ways: list[Reach]) -> list[Reach]:
+    """Those with which the fingers close on something; all if there are none."""
+    return [reach for reach in ways if closes(arm, thing, reach)] or ways
 
 
 def drawer_around(arm: Arm, thing: Thing) -> Furniture | None:
@@ -260,10 +278,35 @@ def inside(arm: Arm, vessel: Thing) -> list[str]:
     return [thing.entity for thing in contents(arm, vessel)]
 
 
-def deeper(arm: Arm, thing: Thing, pose: Pose) -> tuple[float, float]:
+def closes(arm: Arm, thing: Thing, reach: Reach) -> bool:
+    """Whether the fingers would come down beside something of a thing on a way to it; likewise if
+    that is not known.
+    """
+    pose, raised = reach.pose, reach.torso - arm.torso
+    come = [Leg(reach.base), Leg(pose.point + reach.entry, pose.hand, ARRIVES)]
+    with facing(arm, reach.turn):
+        if not foresee(arm, come, raised=raised, begins=len(come) - 1).free:
+            return True
+        try:
+            deeper(arm, thing, pose, come, raised)
+        except SkillFailed:
+            return False
+    return True
+
+
+def deeper(
+    arm: Arm, thing: Thing, pose: Pose, come: Sequence[Leg] = (), raised: float = 0.0
+) -> tuple[float, float]:
     """How much farther a hand has to go that is before its grip point, m, for a thing is not
     everywhere as high as its box; and how far its fingers are to be open for that, for leaned ones
     meet what it lies on the sooner the wider they are.
+
+    Args:
+        arm: the arm.
+        thing: the thing.
+        pose: of the hand.
+        come: how it comes before that point, if it is elsewhere.
+        raised: how much farther the torso is raised for that, m.
 
     Raises:
         SkillFailed: if there is nothing to close on.
@@ -277,19 +320,25 @@ def deeper(arm: Arm, thing: Thing, pose: Pose) -> tuple[float, float]:
         raise SkillFailed(f"{thing.entity} fell away from between the fingers")
     # Where it is first touched: farther in, how deep says nothing about how far.
     offs = np.arange(most, -SHALLOW - FINGERTIP, -NEARER)[::-1]
-    legs = [Leg(pose.point + off * approach, pose.hand, NEARER / 2.0, PROBED) for off in offs]
 
-    def met(opening: float) -> tuple[str, float]:
-        answer = foresee(arm, legs, (), opening)
-        off = float((answer.hand[:3] - pose.point) @ approach)
+    def met(opening: float, aside: float = 0.0) -> tuple[str, float]:
+        at = pose.point + aside * pose.hand[:, 0]
+        legs = [Leg(at + off * approach, pose.hand, NEARER / 2.0, PROBED) for off in offs]
+        answer = foresee(
+            arm, [*come, *legs], (), opening, raised=raised, begins=len(come)
+        )
+        off = float((answer.hand[:3] - at) @ approach)
         return (answer.touch.other, off - answer.touch.depth) if answer.touch else ("", off)
 
-    other, top = met(0.0)
-    if not other:
+    # Closed fingers, all over what is between open ones.
+    side = max(0.0, pose.opening * OPENING / 2.0 - FINGER_THICK) * (pose.opening == 1.0)
+    probed = [met(0.0, aside) for aside in dict.fromkeys((0.0, side, -side))]
+    if not any(other for other, _ in probed):
         raise SkillFailed(f"there is nothing of {thing.entity} between the fingers")
-    if other != thing.entity:
+    tops = [off for other, off in probed if other == thing.entity]
+    if not tops:
         return 0.0, pose.opening
-    goals = list[tuple[float, float]]()
+    top, goals = min(tops), list[tuple[float, float]]()
     for opening in (pose.opening, *(share for share in NARROWED if share < pose.opening)):
         goals.append((max(0.0, min(top + SHALLOW + FINGERTIP, met(opening)[1])), opening))
         if goals[-1][0] > top + BITES:

@@ -46,6 +46,8 @@ LEAST_BESIDE = 0.004
 """Free space beside a finger at least, m."""
 SHARES = (0.0, 0.2, -0.2, 0.4, -0.4)
 """Where along it something long is pinched, shares of its length from its middle."""
+ENDS = (0.65, 1.0)
+"""Likewise of what is pinched near either end, shares of the way there."""
 DEEP, SHALLOW = 0.022, 0.010
 """From the top of a thing down to the grip point, m."""
 PALM_OFF, TIPS_OFF = 0.003, 0.002
@@ -152,7 +154,8 @@ def ends(thing: Thing) -> Handhold:
     """Likewise, to be pinched at either end."""
     whole = body(thing)
     far = float(np.linalg.norm(whole.axes[:, 1])) - 1.5 * FINGER_SIDE
-    return Handhold(whole.middle, whole.axes, False, (far, -far), "end")
+    places = tuple(sign * share * far for share in ENDS for sign in (1.0, -1.0))
+    return Handhold(whole.middle, whole.axes, False, places, "end")
 
 
 def handle(thing: Thing) -> Handhold:

@@ -19,7 +19,7 @@ OVER_FLOOR = 0.024
 """From a pot's underside up to the end of what stirs in it, m: lower, what it pushes would tip."""
 ROUND = (0.45, 0.3, 0.6)
 """How far from a pot's middle the end goes round, share of the pot's radius."""
-ROUNDS = 3.0
+ROUNDS = 1.5
 STRIDE = 0.0015
 """By how much the end is moved on in a control step, m: faster, what it pushes hops."""
 BACK = 0.2
@@ -35,21 +35,24 @@ def stir(arm: Arm, pot_role: str, role: str) -> Motion:
     pot, tool = Thing(arm, pot_role), Thing(arm, role)
     reach = yield from bring(arm, tool, lambda: into_thing(arm, tool, pot), dipped)
     hand = arm.rotation
-    radius = arm.choices.choose("how far out", ROUND) * pot.sides()[0][1] / 2.0
+    first = arm.choices.choose("how far out", ROUND)
+    half = pot.sides()[0][1] / 2.0
     # Where the hand is then: what turns the stick in the fingers does not draw the hand after it.
     to_hand = arm.position - end(tool)
     way = end(tool) - pot.middle
     start = math.atan2(way[1], way[0])
 
-    def at(angle: float) -> Array:
+    def at(angle: float, radius: float) -> Array:
         out = radius * np.array((math.cos(angle), math.sin(angle)))
         goal = np.append(pot.middle[:2] + out, pot.bottom + OVER_FLOOR)
         return np.asarray(goal + to_hand)
 
-    yield from arm.move(at(start), hand, tolerance=0.006, speed=0.2, steps=120, required=False)
-    turns = np.arange(0.0, 2.0 * math.pi * ROUNDS, STRIDE / radius)
-    for angle in (start + turns).tolist():
-        yield from arm.move(at(angle), hand, tolerance=0.0, steps=1, required=False)
+    radius = first * half
+    yield from arm.move(at(start, radius), hand, tolerance=0.006, speed=0.2, steps=120, required=False)
+    for share in sorted(ROUND, key=lambda share: share != first):
+        radius = share * half
+        for turn in np.arange(0.0, 2.0 * math.pi * ROUNDS, STRIDE / radius).tolist():
+            yield from arm.move(at(start + turn, radius), hand, tolerance=0.0, steps=1, required=False)
     yield from arm.move(
         arm.position + reach.entry, hand, tolerance=0.02, speed=0.4, steps=80, required=False
     )
