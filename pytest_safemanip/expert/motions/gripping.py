@@ -324,9 +324,7 @@ def deeper(
     def met(opening: float, aside: float = 0.0) -> tuple[str, float]:
         at = pose.point + aside * pose.hand[:, 0]
         legs = [Leg(at + off * approach, pose.hand, NEARER / 2.0, PROBED) for off in offs]
-        answer = foresee(
-            arm, [*come, *legs], (), opening, raised=raised, begins=len(come)
-        )
+        answer = foresee(arm, [*come, *legs], (), opening, raised=raised, begins=len(come))
         off = float((answer.hand[:3] - at) @ approach)
         return (answer.touch.other, off - answer.touch.depth) if answer.touch else ("", off)
 

@@ -48,11 +48,15 @@ def stir(arm: Arm, pot_role: str, role: str) -> Motion:
         return np.asarray(goal + to_hand)
 
     radius = first * half
-    yield from arm.move(at(start, radius), hand, tolerance=0.006, speed=0.2, steps=120, required=False)
+    yield from arm.move(
+        at(start, radius), hand, tolerance=0.006, speed=0.2, steps=120, required=False
+    )
     for share in sorted(ROUND, key=lambda share: share != first):
         radius = share * half
         for turn in np.arange(0.0, 2.0 * math.pi * ROUNDS, STRIDE / radius).tolist():
-            yield from arm.move(at(start + turn, radius), hand, tolerance=0.0, steps=1, required=False)
+            yield from arm.move(
+                at(start + turn, radius), hand, tolerance=0.0, steps=1, required=False
+            )
     yield from arm.move(
         arm.position + reach.entry, hand, tolerance=0.02, speed=0.4, steps=80, required=False
     )
