@@ -85,8 +85,10 @@ def travel(
             aside = arm.aside(goal)
             row = _row(arm, aside, load)
         if row is None or _blocked(arm, row, goal):
-            for place in route(arm, load, goal):
+            for place, turn in route(arm, load, goal):
                 yield from drive(arm, place, load)
+                if turn:
+                    yield from arm.turn(turn)
             yield from drive(arm, goal, load, near)
             return
         if row < arm.ahead(arm.base):

@@ -22,14 +22,14 @@ from pytest_safemanip.expert.motions.travelling import (
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array, about_z
 from pytest_safemanip.expert.world.room import FAR, Room
-from pytest_safemanip.expert.world.routes import floor, route
+from pytest_safemanip.expert.world.routes import TURNS_ABOUT, floor, route
 from pytest_safemanip.expert.world.standing import nearest, rearmost, solids
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.trace.geometry import multiply
 
-TURNS_ABOUT, WHEELS, SWUNG = 0.20, 0.43, 0.11
-"""How far behind its origin the base has its middle, about which it turns, from there to the
-corners of its wheels, and how far they come beyond its front and back, and room, m."""
+WHEELS, SWUNG = 0.43, 0.11
+"""From the middle of the base to the corners of its wheels, and how far they come beyond its front
+and back, and room, m."""
 GRID, FLOOR, SHOULDERS, TRIED = 0.15, 0.002, 1.0, 8
 """Between places farther off at which the base may turn, m; heights between which furniture is in
 its way, m; and to how many of these places a route is searched for."""

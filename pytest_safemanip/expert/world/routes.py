@@ -1,20 +1,26 @@
-"""A way for the base around furniture, the robot facing as it does: the base moves sideways too."""
+"""A way for the base around furniture: sideways too, as the robot faces, or turned where that is
+much shorter, for the base is longer than wide.
+"""
 
 from __future__ import annotations
 
 import heapq
 import itertools
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
-from pytest_safemanip.expert.robot.rotations import Array
+from pytest_safemanip.expert.robot.rotations import Array, about_z
 from pytest_safemanip.expert.world.standing import BODY, HAND_ROOM, solids
 from pytest_safemanip.expert.world.things import Thing, solid
 
-Cell = tuple[int, int]
+Place = tuple[int, int, int]
+"""Quarter turns to the left from how the robot faces now, and cells ahead and aside from there."""
+Band = tuple[float, float, Array]
+Free = NDArray[np.bool_]
 
 CELL = 0.05
 """Between neighbouring places of the base, m."""
@@ -24,16 +30,24 @@ CARRYING_BODY = (*BODY, (1.00, 1.60, -0.36, 0.11, 0.17))
 """The robot with its elbow, which stays behind the shoulder."""
 HAND_HEIGHT = 0.25
 """How far above the grip point the wrist reaches, m."""
-CORNER = 0.4
-"""A turn costs as much as so long a way, m: at each the base stops."""
+TURNS_ABOUT = 0.20
+"""How far behind its origin the base has its middle, about which it turns, m."""
+CORNER, QUARTER = 0.4, 1.2
+"""A corner, at which the base stops, and a quarter turn cost as much as so long a way, m."""
+DETOUR = 2.0
+"""Of a way that is so much longer than it is far, it is looked whether a turned robot has a shorter
+one, m.
+"""
 DRAWN_BACK = 12
 """How many cells the robot draws back at its start, and comes from at its goal, at most."""
-WAYS: tuple[Cell, ...] = ((-1, 0), (0, 1), (0, -1), (1, 0))
-NO_WAY: Cell = (0, 0)
+STEPS: tuple[Place, ...] = ((0, -1, 0), (0, 0, 1), (0, 0, -1), (0, 1, 0))
+TURNS: tuple[Place, ...] = ((1, 0, 0), (-1, 0, 0))
+NO_STEP: Place = (0, 0, 0)
 
 
-def route(arm: Arm, thing: Thing | None, goal: Array) -> list[Array]:
-    """Where the base turns on its way to a goal, the goal last, each (2,).
+def route(arm: Arm, thing: Thing | None, goal: Array) -> list[tuple[Array, float]]:
+    """Where the base stops on its way to a goal, each (2,), and how far it is turned to the left
+    there, degrees. At the goal, which is the last, the robot faces as it does now.
 
     Args:
         arm: where the robot stands now, holding its arm as it will on the way.
@@ -44,32 +58,55 @@ def route(arm: Arm, thing: Thing | None, goal: Array) -> list[Array]:
         SkillFailed: if the way there is blocked, at its beginning or its end too.
     """
     low, high = floor(arm)
-    here, there = arm.level(arm.base), arm.level(goal)
+    # The middle of the base stays where it is when that turns.
+    middle = np.array((TURNS_ABOUT, 0.0))
+    here, there = arm.level(arm.base) - middle, arm.level(goal) - middle
     low, high = np.minimum(low, (here, there)).min(axis=0), np.maximum(high, (here, there)).max(0)
     # The grid goes through the start; the goal's cell is the nearest one.
     low = here - np.floor((here - low) / CELL) * CELL
-    size = tuple(int(n) for n in np.ceil((high - low) / CELL) + 1)
-    free = np.ones(size, bool)
-    for bottom, top, box in _shape(arm, thing):
-        for points in solids(arm):
-            if points[:, 2].min() < top and points[:, 2].max() > bottom:
-                flat = arm.level(points)
-                first = np.ceil((flat.min(axis=0) - box[1] - ROUTE_ROOM - low) / CELL)
-                last = np.floor((flat.max(axis=0) - box[0] + ROUTE_ROOM - low) / CELL)
-                i, j = np.maximum(first, 0).astype(int), np.maximum(last + 1, 0).astype(int)
-                free[i[0] : j[0], i[1] : j[1]] = False
-    ends = [(int(c[0]), int(c[1])) for c in np.rint((np.stack((here, there)) - low) / CELL)]
-    first, last = (_drawn_back(free, end) for end in ends)
-    found = [*ends[:1], *_search(free, first, last), *ends[1:]]
-    cells = np.array([cell for cell, _ in itertools.groupby(found)])
-    steps = np.diff(cells, axis=0)
-    bends = (steps[1:] != steps[:-1]).any(axis=1)
-    places = low + CELL * cells[1:-1][bends]
-    if len(places):
+    grid = _Grid(arm, thing, low, np.ceil((high - low) / CELL).astype(int) + 1)
+    ends = [(0, int(c[0]), int(c[1])) for c in np.rint((np.stack((here, there)) - low) / CELL)]
+    free = grid.free(0)[None]
+    first, last = (_drawn_back(free[0], end) for end in ends)
+    far = CELL * (abs(last[1] - first[1]) + abs(last[2] - first[2]))
+    cost, found = _search(free, np.zeros_like(free[0]), first, last)
+    if cost > far + DETOUR:
+        free = np.array([grid.free(quarter) for quarter in range(4)])
+        cost, found = min((cost, found), _search(free, grid.turns(), first, last))
+    if not found:
+        raise SkillFailed("there is no way for the base around the furniture")
+    places = [place for place, _ in itertools.groupby([*ends[:1], *found, *ends[1:]])]
+    return _stops(arm, low, places, goal)
+
+
+def _stops(arm: Arm, low: Array, places: Sequence[Place], goal: Array) -> list[tuple[Array, float]]:
+    """Where a way through neighbouring places, of which the first is the robot's, changes."""
+    steps = [_step(*pair) for pair in itertools.pairwise(places)]
+    stops, number = [(arm.base, 0.0)], 0
+    for step, run in itertools.groupby(steps):
+        count = len(list(run))
+        number += count
+        if step[0]:
+            stops[-1] = stops[-1][0], 90.0 * step[0] * count
+            continue
+        quarter, *cell = places[number]
+        ahead, aside = low + CELL * np.array(cell) + TURNS_ABOUT * about_z(90.0 * quarter)[:2, 0]
+        stops.append((arm.floor_point(float(ahead), float(aside)), 0.0))
+    begin = 0 if stops[0][1] else 1
+    if stops[-1][1]:
+        return [*stops[begin:], (goal, 0.0)]
+    if len(stops) > 2 and not stops[-2][1]:
         # The last stretch but one ends beside the goal, and not beside its cell.
-        axis = int(steps[-1, 0] != 0)
-        places[-1, axis] = there[axis]
-    return [arm.floor_point(*place) for place in (*places.tolist(), there)]
+        along = arm.forward if steps[-1][1] else arm.left
+        off = goal - stops[-2][0]
+        stops[-2] = stops[-2][0] + off - (off @ along) * along, 0.0
+    return [*stops[begin:-1], (goal, 0.0)]
+
+
+def _step(before: Place, after: Place) -> Place:
+    """From a place to a neighbour: one quarter turn, or one cell."""
+    turn = (after[0] - before[0] + 1) % 4 - 1
+    return turn, after[1] - before[1], after[2] - before[2]
 
 
 def floor(arm: Arm) -> tuple[Array, Array]:
@@ -78,6 +115,63 @@ def floor(arm: Arm) -> tuple[Array, Array]:
     flat = arm.level(np.concatenate(solid(arm, floors)))
     _, _, back, front, half = CARRYING_BODY[0]
     return flat.min(axis=0) - (back, -half), flat.max(axis=0) - (front, half)
+
+
+class _Grid:
+    """Where there is room for the middle of the base on the floor.
+
+    Args:
+        arm: the arm, held as it will be.
+        thing: what it carries.
+        low: of the first cell, ahead and aside (2,), m.
+        size: how many there are (2,).
+    """
+
+    def __init__(self, arm: Arm, thing: Thing | None, low: Array, size: NDArray[np.intp]) -> None:
+        self._bands = [
+            (b, t, box + np.array((TURNS_ABOUT, 0.0))) for b, t, box in _shape(arm, thing)
+        ]
+        self._low, self._size = low, size
+        self._furniture = solids(arm) @ arm.frame
+
+    def free(self, quarter: int) -> Free:
+        """Cells (I, J) where there is room for the robot, turned so many times to the left."""
+        free = np.ones(self._size, bool)
+        turn = about_z(90.0 * quarter)[:2, :2]
+        for bottom, top, box in self._bands:
+            ends = box @ turn.T
+            least, most = ends.min(axis=0), ends.max(axis=0)
+            for low, high in self._between(bottom, top):
+                free[self._cells(low - most, high - least)] = False
+        return free
+
+    def turns(self) -> Free:
+        """Cells (I, J) where there is room for the robot to turn."""
+        free = np.ones(self._size, bool)
+        for bottom, top, box in self._bands:
+            radius = float(np.hypot(*np.abs(box).max(axis=0))) + ROUTE_ROOM
+            for low, high in self._between(bottom, top):
+                cut = self._cells(low - radius, high + radius)
+                x, y = (self._low[k] + CELL * np.arange(self._size[k])[cut[k]] for k in (0, 1))
+                off = [
+                    np.maximum(0.0, np.maximum(low[k] - at, at - high[k]))
+                    for k, at in enumerate((x, y))
+                ]
+                free[cut] &= np.hypot(off[0][:, None], off[1]) > radius
+        return free
+
+    def _between(self, bottom: float, top: float) -> list[tuple[Array, Array]]:
+        """From where to where furniture is that reaches into a band of heights, each (2,), m."""
+        heights = self._furniture[:, :, 2]
+        some = self._furniture[(heights.min(axis=1) < top) & (heights.max(axis=1) > bottom), :, :2]
+        return list(zip(some.min(axis=1), some.max(axis=1), strict=True))
+
+    def _cells(self, low: Array, high: Array) -> tuple[slice, slice]:
+        """The cells between two places, or hardly beyond them."""
+        first = np.ceil((low - ROUTE_ROOM - self._low) / CELL)
+        last = np.floor((high + ROUTE_ROOM - self._low) / CELL)
+        i, j = np.maximum(first, 0).astype(int), np.maximum(last + 1, 0).astype(int)
+        return slice(i[0], j[0]), slice(i[1], j[1])
 
 
 def _shape(arm: Arm, thing: Thing | None) -> list[tuple[float, float, Array]]:
@@ -99,37 +193,59 @@ def _shape(arm: Arm, thing: Thing | None) -> list[tuple[float, float, Array]]:
     return found
 
 
-def _drawn_back(free: NDArray[np.bool_], cell: Cell) -> Cell:
+def _drawn_back(free: Free, place: Place) -> Place:
     """The first place behind one that is nearer to something than a robot on its way should be."""
-    column = free[max(0, cell[0] - DRAWN_BACK) : cell[0] + 1, cell[1]]
+    quarter, i, j = place
+    column = free[max(0, i - DRAWN_BACK) : i + 1, j]
     behind = np.flatnonzero(column[::-1])
-    return (cell[0] - int(behind[0]), cell[1]) if len(behind) else cell
+    return (quarter, i - int(behind[0]), j) if len(behind) else place
 
 
-def _search(free: NDArray[np.bool_], start: Cell, goal: Cell) -> list[Cell]:
-    """The cells of the shortest way, few corners counting as part of its length."""
-    queue = [(0.0, start, NO_WAY)]
-    least = {(start, NO_WAY): 0.0}
-    came: dict[tuple[Cell, Cell], tuple[Cell, Cell]] = {}
+def _search(free: Free, turns: Free, start: Place, goal: Place) -> tuple[float, list[Place]]:
+    """The shortest way, few corners and turns counting as part of its length, m, and its places;
+    infinite if there is none.
+
+    Args:
+        free: where there is room for the robot, turned so many times (Q, I, J).
+        turns: where it may turn (I, J).
+        start: the first place.
+        goal: the last one.
+    """
+
+    def left(place: Place) -> float:
+        return CELL * (abs(goal[1] - place[1]) + abs(goal[2] - place[2]))
+
+    queue = [(left(start), 0.0, start, NO_STEP)]
+    least = {(start, NO_STEP): 0.0}
+    came: dict[tuple[Place, Place], tuple[Place, Place]] = {}
     while queue:
-        cost, cell, way = heapq.heappop(queue)
-        if cell == goal:
-            return _back(came, (cell, way))
-        for step in WAYS:
-            after = cell[0] + step[0], cell[1] + step[1]
-            inside = 0 <= after[0] < free.shape[0] and 0 <= after[1] < free.shape[1]
+        _, cost, place, way = heapq.heappop(queue)
+        if place == goal:
+            return cost, _back(came, (place, way))
+        if cost > least[place, way]:
+            continue
+        for step in (*STEPS, *TURNS) if turns[place[1:]] else STEPS:
+            after = (
+                (place[0] + step[0]) % len(free),
+                place[1] + step[1],
+                place[2] + step[2],
+            )
+            inside = 0 <= after[1] < free.shape[1] and 0 <= after[2] < free.shape[2]
             if not inside or not free[after]:
                 continue
-            more = cost + CELL + (0.0 if way in (step, NO_WAY) else CORNER)
+            stops = way not in (step, NO_STEP)
+            more = cost + (QUARTER if step[0] else CELL + CORNER * stops)
             if more < least.get((after, step), math.inf):
                 least[after, step] = more
-                came[after, step] = cell, way
-                heapq.heappush(queue, (more, after, step))
-    raise SkillFailed("there is no way for the base around the furniture")
+                came[after, step] = place, way
+                heapq.heappush(queue, (more + left(after), more, after, step))
+    return math.inf, []
 
 
-def _back(came: dict[tuple[Cell, Cell], tuple[Cell, Cell]], last: tuple[Cell, Cell]) -> list[Cell]:
+def _back(
+    came: dict[tuple[Place, Place], tuple[Place, Place]], last: tuple[Place, Place]
+) -> list[Place]:
     found = [last]
     while found[-1] in came:
         found.append(came[found[-1]])
-    return [cell for cell, _ in reversed(found)]
+    return [place for place, _ in reversed(found)]

@@ -32,7 +32,9 @@ def arm(*half):
 
 def places(robot):
     """Where the base passes, every centimetre of the way."""
-    corners = [np.array(START), *route(robot, Thing(robot, "obj"), np.array(GOAL))]
+    stops = route(robot, Thing(robot, "obj"), np.array(GOAL))
+    assert not any(turn for _, turn in stops)
+    corners = [np.array(START), *(place for place, _ in stops)]
     assert corners[-1] == pytest.approx(GOAL)
     return np.concatenate([np.linspace(a, b, 400) for a, b in pairwise(corners)])
 
