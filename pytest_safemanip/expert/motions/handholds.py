@@ -112,11 +112,12 @@ class Handhold:
 
     def rounded(self) -> Array:
         """Likewise, as if its edges were round: few things are as square as their boxes; what may
-        be turned is a cylinder, or a ball if it is as high as wide.
+        be turned is a cylinder, or a ball if it is as high as wide and no vessel, which is wider
+        than what fits between the fingers.
         """
         shape = CYLINDER if self.around else SIDES / ROUNDNESS[:, None]
         width, height = np.linalg.norm(self.axes[:, [0, 2]], axis=0)
-        if self.around and abs(height / width - 1.0) < BALL:
+        if self.around and 2.0 * width < GAP and abs(height / width - 1.0) < BALL:
             shape = SIDES / np.linalg.norm(SIDES, axis=1)[:, None]
         return np.asarray(self.middle + shape @ self.axes.T)
 

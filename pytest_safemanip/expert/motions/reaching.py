@@ -81,6 +81,8 @@ FOREARM = next(k for k, (link, *_) in enumerate(SPHERES) if link == 5)
 """First of the arm's balls that may come near what is in the hand."""
 FEW = 6
 """A way on which every so manieth point has no room is none."""
+UNDERSIDE = 0.01
+"""Height of what is the underside of something, m."""
 STRIDE = 0.02
 """Between places on a straight way that are looked at, m."""
 ROUGH = 0.006
@@ -294,11 +296,16 @@ class Reaching:
                 continue
             for slant in SLANTS:
                 drawn = self._drawn_back(points + off, slant)
-                if drawn and loaded and not self._passes(points[len(hand) :] + off, drawn[0]):
+                if drawn is None:
                     continue
-                if drawn and (best is None or drawn[1] > best[2] + 0.002):
-                    best = offset, self._frame[:2, :2] @ drawn[0], drawn[1]
-                if drawn and drawn[1] >= self._enough:
+                out, room = drawn
+                if loaded:
+                    room = min(room, self._over(points[len(hand) :] + off, out))
+                if room <= TIGHT - self._grazes:
+                    continue
+                if best is None or room > best[2] + 0.002:
+                    best = offset, self._frame[:2, :2] @ out, room
+                if room >= self._enough:
                     return best
         return best
 
@@ -327,14 +334,16 @@ class Reaching:
                 return None
         return backs[first, :2], room
 
-    def _passes(self, load: Array, back: Array) -> bool:
-        """Whether what the hand holds (P, 3) is drawn back (2,) past boards that fit between the
-        places that are looked at.
+    def _over(self, load: Array, back: Array) -> float:
+        """Room around what the hand holds (P, 3) as it is drawn back (2,), m: boards and knobs that
+        fit between the places that are looked at, or between points on its underside, too.
         """
-        length = float(np.linalg.norm(back))
-        shares = np.linspace(0.0, 1.0, 1 + math.ceil(length / STRIDE))
+        under = load[load[:, 2] < load[:, 2].min() + UNDERSIDE]
+        one, other = np.triu_indices(len(under), 1)
+        points = np.concatenate((load, (under[one] + under[other]) / 2.0))
+        shares = np.linspace(0.0, 1.0, 1 + math.ceil(float(np.linalg.norm(back)) / STRIDE))
         steps = shares[:, None, None] * np.append(back, 0.0)
-        return self._room.least((load + steps).reshape(-1, 3)) > TIGHT - self._grazes
+        return self._room.least((points + steps).reshape(-1, 3))
 
     def _postures(self, ways: Sequence[Way]) -> list[Reach]:
         """The places of the base from which the arm gets to poses that its hand has room at."""
