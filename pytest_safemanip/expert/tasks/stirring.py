@@ -17,9 +17,9 @@ from pytest_safemanip.trace.geometry import matrix
 
 OVER_FLOOR = 0.024
 """From a pot's underside up to the end of what stirs in it, m: lower, what it pushes would tip."""
-ROUND = (0.45, 0.3, 0.6)
-"""How far from a pot's middle the end goes round, share of the pot's radius."""
-ROUNDS = 1.5
+ROUND, ROUNDS = (0.45, 0.3, 0.6), 1.5
+"""How far from a pot's middle the end goes round, shares of the pot's radius, one after the other,
+and how often each: what lies in it, lies anywhere."""
 STRIDE = 0.0015
 """By how much the end is moved on in a control step, m: faster, what it pushes hops."""
 BACK = 0.2
@@ -35,7 +35,7 @@ def stir(arm: Arm, pot_role: str, role: str) -> Motion:
     pot, tool = Thing(arm, pot_role), Thing(arm, role)
     reach = yield from bring(arm, tool, lambda: into_thing(arm, tool, pot), dipped)
     hand = arm.rotation
-    first = arm.choices.choose("how far out", ROUND)
+    first = arm.choices.choose("how far out first", ROUND)
     half = pot.sides()[0][1] / 2.0
     # Where the hand is then: what turns the stick in the fingers does not draw the hand after it.
     to_hand = arm.position - end(tool)

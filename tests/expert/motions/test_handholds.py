@@ -96,3 +96,12 @@ def test_a_hand_comes_steeply_down_on_a_lug_beside_a_round_wall():
     assert min(pose.hand[2, 2] for pose in found) < -0.8
     beyond = found[0].load[np.abs(found[0].load[:, 1]) > 0.125]
     assert np.abs(beyond[:, 0]).max() < 0.02
+
+
+def test_the_underside_of_a_vessel_as_high_as_wide_is_flat_and_that_of_a_ball_is_not():
+    for half, flat in ((0.08, True), (0.03, False)):
+        points = body(thing((half,) * 3)[1]).rounded()
+        low = points[points[:, 2] < points[:, 2].min() + 0.005]
+        reach = np.hypot(*(low - low.mean(axis=0))[:, :2].T).max()
+        assert (reach > 0.95 * half) == flat
+        assert (reach < half / 2.0) != flat

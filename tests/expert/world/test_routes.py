@@ -1,13 +1,14 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
-from pytest_safemanip.expert.world.routes import CARRYING_BODY, route
+from pytest_safemanip.expert.world.routes import CARRYING_BODY, TURNS_ABOUT, route
 from pytest_safemanip.expert.world.standing import BASE_ROOM, BODY_REAR, rearmost
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.trace.elements import Entity, Surface
@@ -19,13 +20,17 @@ START, GOAL = (-1.5, 0.0), (1.53, 0.02)
 
 def arm(*half):
     """A robot at the start that faces along x, its hand before it, a counter in the middle."""
-    counter = Surface("counter", "", half, (0.0, 0.0, half[2], *toy.UPRIGHT))
+    return among(Surface("counter", "", half, (0.0, 0.0, half[2], *toy.UPRIGHT)))
+
+
+def among(*counters, start=START):
+    """Likewise among some counters."""
     entities = (*toy.SCENE.entities, Entity("floor", "room", "Floor"))
-    scene = dataclasses.replace(toy.SCENE, entities=entities, surfaces=(counter, FLOOR))
+    scene = dataclasses.replace(toy.SCENE, entities=entities, surfaces=(*counters, FLOOR))
     step = toy.at_rest(
-        base_pose=(*START, 0.0, *toy.UPRIGHT),
-        eef_pose=(START[0] + 0.4, START[1], 1.2, 0.0, 1.0, 0.0, 0.0),
-        object_pose=((START[0] + 0.4, START[1], 1.15, *toy.UPRIGHT), (0, 3, 1, *toy.UPRIGHT)),
+        base_pose=(*start, 0.0, *toy.UPRIGHT),
+        eef_pose=(start[0] + 0.4, start[1], 1.2, 0.0, 1.0, 0.0, 0.0),
+        object_pose=((start[0] + 0.4, start[1], 1.15, *toy.UPRIGHT), (0, 3, 1, *toy.UPRIGHT)),
     )
     return Arm(scene, step)
 
@@ -65,6 +70,34 @@ def test_a_wall_across_the_room_leaves_no_way():
     robot = arm(0.1, 3.2, 1.0)
     with pytest.raises(SkillFailed, match="no way"):
         route(robot, Thing(robot, "obj"), np.array(GOAL))
+
+
+def test_where_it_is_too_long_to_go_sideways_it_turns_and_at_the_end_faces_as_before():
+    # An aisle of 0.75 m along y, and nothing but that: 0.7 m long, the base does not fit across it.
+    walls = [
+        Surface("counter", "", (1.2, 0.6, 0.45), (1.575 * side, 0.0, 0.45, *toy.UPRIGHT))
+        for side in (-1.0, 1.0)
+    ]
+    robot = among(*walls, start=(0.0, -2.0))
+    goal = np.array((0.0, 2.0))
+    here, heading = robot.base, 0.0
+    stops = route(robot, None, goal)
+    assert {abs(turn) for _, turn in stops} == {0.0, 90.0}
+    for place, turn in stops:
+        along = np.array((math.cos(heading), math.sin(heading)))
+        left = np.array((-along[1], along[0]))
+        _, _, back, front, half = CARRYING_BODY[0]
+        corners = [a * along + b * left for a in (back, front) for b in (-half, half)]
+        for at in np.linspace(here, place, 200):
+            xs, ys = (np.array(corners) + at).T
+            assert (ys.min() > 0.6 or ys.max() < -0.6) or (np.abs(xs) < 0.375).all()
+        middle = place - TURNS_ABOUT * along
+        heading += math.radians(turn)
+        here = middle + TURNS_ABOUT * np.array((math.cos(heading), math.sin(heading)))
+        if turn:
+            assert np.abs(middle[1]) > 0.6 + 0.4
+    assert here == pytest.approx(goal)
+    assert heading == pytest.approx(0.0)
 
 
 def test_what_is_behind_a_place_is_told_from_there():
