@@ -328,8 +328,8 @@ def deeper(
         off = float((answer.hand[:3] - at) @ approach)
         return (answer.touch.other, off - answer.touch.depth) if answer.touch else ("", off)
 
-    # Closed fingers, all over what is between open ones.
-    side = max(0.0, pose.opening * OPENING / 2.0 - FINGER_THICK) * (pose.opening == 1.0)
+    # A hand that is shifted along its fingers opens them wholly: closed ones look all over that.
+    side = OPENING / 2.0 - FINGER_THICK if pose.opening == 1.0 else 0.0
     probed = [met(0.0, aside) for aside in dict.fromkeys((0.0, side, -side))]
     if not any(other for other, _ in probed):
         raise SkillFailed(f"there is nothing of {thing.entity} between the fingers")

@@ -4,13 +4,14 @@ much shorter, for the base is longer than wide.
 
 from __future__ import annotations
 
-import heapq
 import itertools
 import math
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
 
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array, about_z
@@ -20,6 +21,7 @@ from pytest_safemanip.expert.world.things import Thing, solid
 Place = tuple[int, int, int]
 """Quarter turns to the left from how the robot faces now, and cells ahead and aside from there."""
 Band = tuple[float, float, Array]
+"""From and to which height a part of the robot is, m, and where (2, 2)."""
 Free = NDArray[np.bool_]
 
 CELL = 0.05
@@ -33,16 +35,13 @@ HAND_HEIGHT = 0.25
 TURNS_ABOUT = 0.20
 """How far behind its origin the base has its middle, about which it turns, m."""
 CORNER, QUARTER = 0.4, 1.2
-"""A corner, at which the base stops, and a quarter turn cost as much as so long a way, m."""
+"""As much as so long a way a corner costs, at which the base stops, and a quarter turn, m."""
 DETOUR = 2.0
 """Of a way that is so much longer than it is far, it is looked whether a turned robot has a shorter
 one, m.
 """
 DRAWN_BACK = 12
 """How many cells the robot draws back at its start, and comes from at its goal, at most."""
-STEPS: tuple[Place, ...] = ((0, -1, 0), (0, 0, 1), (0, 0, -1), (0, 1, 0))
-TURNS: tuple[Place, ...] = ((1, 0, 0), (-1, 0, 0))
-NO_STEP: Place = (0, 0, 0)
 
 
 def route(arm: Arm, thing: Thing | None, goal: Array) -> list[tuple[Array, float]]:
@@ -174,7 +173,7 @@ class _Grid:
         return slice(i[0], j[0]), slice(i[1], j[1])
 
 
-def _shape(arm: Arm, thing: Thing | None) -> list[tuple[float, float, Array]]:
+def _shape(arm: Arm, thing: Thing | None) -> list[Band]:
     """Boxes around robot and load: from and to which height, and the least and greatest
     coordinates, ahead and aside of the base's origin (2, 2), m.
     """
@@ -202,50 +201,44 @@ def _drawn_back(free: Free, place: Place) -> Place:
 
 
 def _search(free: Free, turns: Free, start: Place, goal: Place) -> tuple[float, list[Place]]:
-    """The shortest way, few corners and turns counting as part of its length, m, and its places;
-    infinite if there is none.
+    """The shortest way, corners and turns counting as part of its length, m, and its places, some
+    twice; infinite if there is none.
 
     Args:
         free: where there is room for the robot, turned so many times (Q, I, J).
         turns: where it may turn (I, J).
-        start: the first place.
+        start: the first place, where it is, free or not.
         goal: the last one.
     """
-
-    def left(place: Place) -> float:
-        return CELL * (abs(goal[1] - place[1]) + abs(goal[2] - place[2]))
-
-    queue = [(left(start), 0.0, start, NO_STEP)]
-    least = {(start, NO_STEP): 0.0}
-    came: dict[tuple[Place, Place], tuple[Place, Place]] = {}
-    while queue:
-        _, cost, place, way = heapq.heappop(queue)
-        if place == goal:
-            return cost, _back(came, (place, way))
-        if cost > least[place, way]:
-            continue
-        for step in (*STEPS, *TURNS) if turns[place[1:]] else STEPS:
-            after = (
-                (place[0] + step[0]) % len(free),
-                place[1] + step[1],
-                place[2] + step[2],
-            )
-            inside = 0 <= after[1] < free.shape[1] and 0 <= after[2] < free.shape[2]
-            if not inside or not free[after]:
-                continue
-            stops = way not in (step, NO_STEP)
-            more = cost + (QUARTER if step[0] else CELL + CORNER * stops)
-            if more < least.get((after, step), math.inf):
-                least[after, step] = more
-                came[after, step] = place, way
-                heapq.heappush(queue, (more + left(after), more, after, step))
-    return math.inf, []
-
-
-def _back(
-    came: dict[tuple[Place, Place], tuple[Place, Place]], last: tuple[Place, Place]
-) -> list[Place]:
-    found = [last]
-    while found[-1] in came:
-        found.append(came[found[-1]])
-    return [place for place, _ in reversed(found)]
+    free = free.copy()
+    free[start] = True
+    # A place is two nodes: one for driving ahead and back, one for driving aside.
+    quarters, *size = free.shape
+    nodes = np.arange(2 * free.size).reshape(2, quarters, *size)
+    across, along = nodes
+    edges = [
+        (across[:, :-1], across[:, 1:], free[:, :-1] & free[:, 1:], CELL),
+        (along[:, :, :-1], along[:, :, 1:], free[:, :, :-1] & free[:, :, 1:], CELL),
+        (across, along, free, CORNER),
+    ]
+    if quarters > 1:
+        after = np.roll(free, -1, axis=0)
+        edges.append((across, np.roll(across, -1, axis=0), free & after & turns, QUARTER))
+    rows, columns = (np.concatenate([edge[k][edge[2]] for edge in edges]) for k in (0, 1))
+    costs = np.concatenate([np.full(int(edge[2].sum()), edge[3]) for edge in edges])
+    graph = coo_array((costs, (rows, columns)), shape=(nodes.size, nodes.size)).tocsr()
+    first = nodes[:, *start]
+    far, before, _ = map(
+        np.asarray,
+        dijkstra(graph, directed=False, indices=first, return_predecessors=True, min_only=True),
+    )
+    node = min(nodes[:, *goal].tolist(), key=lambda node: float(far[node]))
+    cost = float(far[node])
+    if not math.isfinite(cost):
+        return cost, []
+    found = list[Place]()
+    while node >= 0:
+        quarter, i, j = (int(k) for k in np.unravel_index(node % free.size, free.shape))
+        found.append((quarter, i, j))
+        node = int(before[node])
+    return cost, found[::-1]
