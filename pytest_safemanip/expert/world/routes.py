@@ -224,21 +224,19 @@ def _search(free: Free, turns: Free, start: Place, goal: Place) -> tuple[float, 
     if quarters > 1:
         after = np.roll(free, -1, axis=0)
         edges.append((across, np.roll(across, -1, axis=0), free & after & turns, QUARTER))
-    rows, columns = (np.concatenate([edge[k][edge[2]] for edge in edges]) for k in (0, 1))
-    costs = np.concatenate([np.full(int(edge[2].sum()), edge[3]) for edge in edges])
+    some = [(a[open_], b[open_], np.full(int(open_.sum()), cost)) for a, b, open_, cost in edges]
+    rows, columns, costs = map(np.concatenate, zip(*some, strict=True))
     graph = coo_array((costs, (rows, columns)), shape=(nodes.size, nodes.size)).tocsr()
     first = nodes[:, *start]
-    far, before, _ = map(
-        np.asarray,
-        dijkstra(graph, directed=False, indices=first, return_predecessors=True, min_only=True),
-    )
+    found = dijkstra(graph, False, first, return_predecessors=True, min_only=True)
+    far, before = np.asarray(found[0]), np.asarray(found[1])
     node = min(nodes[:, *goal].tolist(), key=lambda node: float(far[node]))
     cost = float(far[node])
     if not math.isfinite(cost):
         return cost, []
-    found = list[Place]()
+    places = list[Place]()
     while node >= 0:
         quarter, i, j = (int(k) for k in np.unravel_index(node % free.size, free.shape))
-        found.append((quarter, i, j))
+        places.append((quarter, i, j))
         node = int(before[node])
-    return cost, found[::-1]
+    return cost, places[::-1]
