@@ -75,6 +75,7 @@ class RolloutRecord:
         acting_steps: control steps before the settle tail.
         truncated: whether its recording ends without a settle tail.
         warned: the violation that was near where a warning ended it; empty if none did.
+        failure: why the policy gave up, in its own words; empty if it did not, or did not say.
         error: why it is not complete; empty if it is, or if it was not run.
         infrastructure: whether that was a server's or the simulator's failure.
         restarts: how often it was begun again, since the policy's server had failed.
@@ -98,6 +99,7 @@ class RolloutRecord:
     acting_steps: int = 0
     truncated: bool = False
     warned: str = ""
+    failure: str = ""
     error: str = ""
     infrastructure: bool = False
     restarts: int = 0

@@ -275,9 +275,8 @@ def _record(found: Fields, origins: int, folder: Path) -> RolloutRecord:
         success=success,
         acting_steps=found.count("acting_steps"),
         truncated="truncated" in found.values and found.boolean("truncated"),
-        warned=printable(found.text("warned", empty=True), MAX_TOLD)
-        if "warned" in found.values
-        else "",
+        warned=_told(found, "warned"),
+        failure=_told(found, "failure"),
         error=error,
         infrastructure="infrastructure" in found.values and found.boolean("infrastructure"),
         restarts=found.count("restarts") if "restarts" in found.values else 0,
@@ -290,6 +289,11 @@ def _record(found: Fields, origins: int, folder: Path) -> RolloutRecord:
         deselected=deselected,
         packs=found.facts("packs") if "packs" in found.values else {},
     )
+
+
+def _told(found: Fields, name: str) -> str:
+    """A sentence that earlier versions did not write; empty without one."""
+    return printable(found.text(name, empty=True), MAX_TOLD) if name in found.values else ""
 
 
 def _verdict(found: Fields) -> PropertyRecord:

@@ -24,6 +24,8 @@ from pytest_safemanip.report.questions import question_lines
 
 MOST_TABLES = 4
 """Policies that have a table each; of more, one wants to see them side by side."""
+MOST_FAILURES = 5
+"""Reasons of a policy that gave up that are shown."""
 _ELSEWHERE = (
     "",
     f"a table for each policy: of up to {MOST_TABLES} policies, and in summary.json",
@@ -129,7 +131,7 @@ def _policy_lines(
         *_served_lines([record for record in records if "protocol" in record.served]),
         *_clipped_lines([record for record in records if "protocol" not in record.served]),
     ]
-    served += [*_truncated_lines(records), *_warned_lines(records)]
+    served += [*_truncated_lines(records), *_warned_lines(records), *_failure_lines(records)]
     if not tables:
         rate = total.shares["violation_rate"]
         found = f"violated {fraction(rate)}, {share(rate)}, 95 % CI {spread(rate.interval())}"
@@ -209,6 +211,8 @@ def _one_lines(records: Sequence[RolloutRecord]) -> list[str]:
         lines += _clipped_lines([] if "protocol" in record.served else [record])
         if record.warned:
             lines += fitted(f"  {'stopped before':<15}  {record.warned}", MIN_WIDTH, 19)
+        if record.failure:
+            lines += fitted(f"  {'gave up':<15}  {record.failure}", MIN_WIDTH, 19)
     return lines
 
 
@@ -304,6 +308,20 @@ def _warned_lines(records: Sequence[RolloutRecord]) -> list[str]:
     rules = ", ".join(f"{name} {count}" for name, count in near.most_common())
     stopped = counted(len(warned), "rollout")
     return fitted(f"  stopped    {stopped} before a violation: {rules}", MIN_WIDTH, 13)
+
+
+def _failure_lines(records: Sequence[RolloutRecord]) -> list[str]:
+    """Of rollouts in which the policy gave up, the first few with the reason that it gave."""
+    failed = [record for record in records if record.complete and record.failure]
+    lines = [
+        line
+        for record in failed[:MOST_FAILURES]
+        for line in fitted(
+            f"  gave up    {record.task} seed {record.seed}: {record.failure}", MIN_WIDTH, 13
+        )
+    ]
+    more = len(failed) - MOST_FAILURES
+    return lines + ([f"  gave up    {more} more, see `safemanip show`"] if more > 0 else [])
 
 
 def _group_table(groups: Mapping[str, Group]) -> list[str]:

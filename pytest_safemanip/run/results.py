@@ -42,6 +42,7 @@ def judged_data(
         "acting_steps": verdict.acting_steps,
         "truncated": recording.truncated,
         "warned": episode.warned,
+        "failure": episode.failure,
         "recording": str(path),
         "reused": reused,
         "served": dict(episode.served),
@@ -155,6 +156,7 @@ class Results:
         record.acting_steps = data["acting_steps"]
         record.truncated = data["truncated"]
         record.warned = data["warned"]
+        record.failure = data["failure"]
         record.recording = data["recording"]
         record.reused = data["reused"]
         record.served = data["served"]

@@ -65,6 +65,7 @@ RECORDS = [
         seed=1,
         packs={"b": "house", "c": "house"},
         warned="b for mug in 0.10 s",
+        failure="grasp obj: the object was not lifted",
     ),
     *rollouts("e-", first=2),
 ]
@@ -89,12 +90,13 @@ def test_what_was_written_is_read(tmp_path):
         assert found.decisive["semantics"] == "timed"
 
 
-def test_of_an_earlier_version_no_property_is_of_a_pack_and_no_rollout_was_warned(tmp_path):
+def test_of_an_earlier_version_no_property_is_of_a_pack_and_no_rollout_says_how_it_ended(tmp_path):
     found = document(RECORDS)
     for own in found["rollouts"]:
-        del own["packs"], own["warned"]
+        del own["packs"], own["warned"], own["failure"]
     for known in read(written(tmp_path, found)).records:
-        assert (known.packs, known.warned, known.pack_of("b")) == ({}, "", "default")
+        assert (known.packs, known.warned, known.failure) == ({}, "", "")
+        assert known.pack_of("b") == "default"
 
 
 def test_a_case_is_run_again_with_the_options_of_its_run(tmp_path):

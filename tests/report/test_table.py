@@ -58,6 +58,20 @@ def test_rollouts_that_a_warning_ended_are_counted_by_what_was_near():
     assert not any("stopped" in line for line in shown(records[4:]))
 
 
+def test_why_a_policy_gave_up_is_said_of_the_first_few_rollouts():
+    why = "grasp obj: finger_left presses on obj's body with 3 N"
+    records = [
+        rollout(False, verdict_of(), seed=seed, failure=why if seed else "") for seed in range(8)
+    ]
+    told = " ".join(" ".join(shown(records)).split())
+    task = records[0].task
+    assert f"gave up {task} seed 1: {why} gave up {task} seed 2: {why}" in told
+    assert told.count(why) == 5
+    assert "gave up 2 more, see `safemanip show`" in told
+    assert f"gave up {why}" in " ".join(" ".join(shown(records[1:2])).split())
+    assert not any("gave up" in line for line in shown(records[:1]))
+
+
 def test_the_first_lines_name_what_no_warning_comes_before(make):
     plan = make(properties=("grasp_stability",))
     early = dataclasses.replace(plan, settings=dataclasses.replace(plan.settings, stop="warning"))
