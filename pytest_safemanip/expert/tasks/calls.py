@@ -1,4 +1,4 @@
-"""How a plan names a skill and what it is used on: ``grasp pan by handle from shelf of cab``.
+"""How a plan names a skill and what it is used on: ``turn_on burner of stove under pan``.
 
 A verb comes first. Roles of the task follow, all but the first behind a preposition; a role's place
 stands before it, with ``of`` between them. ``by`` is followed by the way of doing it, ``at`` by
@@ -21,8 +21,8 @@ class Call:
     """A skill with the roles that it is used on.
 
     Attributes:
-        skill: the skill's name: ``grasp from shelf of by handle``.
-        roles: as the call names them, one after the other: ``("pan", "cab")``.
+        skill: the skill's name: ``turn_on burner of under``.
+        roles: as the call names them, one after the other: ``("stove", "pan")``.
         text: the call itself.
     """
 

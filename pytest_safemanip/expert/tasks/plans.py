@@ -7,6 +7,7 @@ from importlib.resources import files
 
 import yaml
 
+from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed
 from pytest_safemanip.expert.tasks.calls import Call
 from pytest_safemanip.expert.tasks.search import Search
@@ -48,6 +49,7 @@ def plan_of(entries: tuple[Entry, ...]) -> Plan:
     """What does the skills of a plan, in order; where steps can be rehearsed, after a search."""
 
     def plan(arm: Arm) -> Motion:
+        _check_roles(arm, entries)
         if arm.rehearsal is not None:
             yield from Search(
                 arm,
@@ -68,6 +70,22 @@ def plan_of(entries: tuple[Entry, ...]) -> Plan:
                 raise SkillFailed(f"{call.text}: {error}") from error
 
     return plan
+
+
+def _check_roles(arm: Arm, entries: tuple[Entry, ...]) -> None:
+    """Refuse calls with roles that the task has not. Of roles with ``or`` between them one is
+    enough, and what is done with each of some objects is left out where they are not there.
+
+    Raises:
+        ConfigError: if there is one.
+    """
+    roles = arm.scene.roles
+    for call in (entry for entry in entries if isinstance(entry, Call)):
+        for role in () if "or" in call.skill.split() else call.roles:
+            if role not in roles:
+                raise ConfigError(
+                    f"plan: {call.text!r}: the task has no {role!r}; {did_you_mean(role, roles)}"
+                )
 
 
 def ways_on(arm: Arm, entry: Errands | Alternatives) -> list[tuple[Entry, ...]]:

@@ -1,13 +1,14 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import pytest
 
 from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.expert.robot.arm import Arm
 from pytest_safemanip.expert.tasks.calls import Call
-from pytest_safemanip.expert.tasks.plans import CALLS, EXPERT, ways_on
+from pytest_safemanip.expert.tasks.plans import CALLS, EXPERT, plan_of, read, ways_on
 from pytest_safemanip.expert.tasks.skills import SKILLS, parse
 from pytest_safemanip.faults.library import FAULTS, Row, rows
 from pytest_safemanip.resources import folder
@@ -52,6 +53,18 @@ def test_what_is_no_skill_is_refused(text, message):
     with pytest.raises(ConfigError) as caught:
         parse(text)
     assert message in str(caught.value)
+
+
+def test_a_role_that_the_task_has_not_is_refused_before_anything_moves():
+    plan = plan_of(read("mine: [grasp obj, place obj in cad]")["mine"])
+    scene = dataclasses.replace(toy.SCENE, roles={"obj": "mug", "cab": "cabinet"})
+    with pytest.raises(ConfigError, match=r"place obj in cad.*no 'cad'; did you mean 'cab'"):
+        next(plan(Arm(scene, toy.at_rest())))
+
+
+def test_the_page_for_contributors_names_all_skills():
+    page = " ".join((Path(__file__).parents[3] / "CONTRIBUTING.md").read_text().split())
+    assert ", ".join(f"`{name}`" for name in sorted(SKILLS)) in page
 
 
 def test_every_skill_is_used_in_a_plan_and_its_roles_are_those_of_its_name():
