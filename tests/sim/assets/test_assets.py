@@ -222,6 +222,27 @@ def test_a_later_download_is_noticed(package: Path, cache: Path) -> None:
     assert (third.root / "objects/objaverse/apple/apple_2/model.xml").is_file()
 
 
+def test_a_model_that_is_written_over_is_other_assets(package: Path, cache: Path) -> None:
+    download(package)
+    keys = [prepare_assets(package, "auto", cache).key]
+    model = package / "fixtures/sinks/Sink001/model.xml"
+    text = model.read_text()
+    write(model, text.replace("<mesh", '<mesh scale="2 2 2"'))
+    keys.append(prepare_assets(package, "auto", cache).key)
+    write(package / "fixtures/sinks/Sink001/visuals/sink.obj", "a larger mesh")
+    write(model, text)
+    keys.append(prepare_assets(package, "auto", cache).key)
+    assert len(set(keys)) == 3
+
+
+def test_scratch_files_of_robocasas_do_not_make_other_assets(package: Path, cache: Path) -> None:
+    download(package)
+    key = prepare_assets(package, "auto", cache).key
+    write(package / "objects/objaverse/apple/apple_1/model_4711.xml", "<mujoco/>")
+    shutil.rmtree(cache)
+    assert prepare_assets(package, "auto", cache).key == key
+
+
 def test_complete_downloads_need_no_overlay(package: Path, cache: Path) -> None:
     download(package)
     for mode in ("auto", "official"):

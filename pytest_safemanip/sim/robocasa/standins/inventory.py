@@ -50,20 +50,23 @@ class Inventory:
         missing: list[Item] = []
         shipped: list[Item] = []
         there: list[str] = []
+        contents: list[str] = []
         for item in catalogue.items(needs):
-            files = next(filter(None, (item.files_in(root) for root in roots)), [])
+            found = ((root, item.files_in(root)) for root in roots)
+            root, files = next((place for place in found if place[1]), (roots[-1], []))
             if files and overlay.is_shipped(item.path):
                 shipped.append(item)
             elif files and downloads:
                 official.append(item)
                 there += files
+                contents += [f"{file} {overlay.model_digest(root / file)}" for file in files]
             else:
                 missing.append(item)
         content = {
             "generator": generator_digest(),
             "needs": dataclasses.asdict(needs),
             "shipped": overlay.content_digest(roots),
-            "official": there,
+            "official": contents,
         }
         key = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
         return cls(official, there, missing, shipped, key)

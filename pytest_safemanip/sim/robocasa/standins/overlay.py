@@ -8,7 +8,7 @@ import posixpath
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from pytest_safemanip.sim.robocasa.standins.catalogue import Item
+from pytest_safemanip.sim.robocasa.standins.catalogue import MODEL, Item
 
 DOWNLOADED = ("textures", "generative_textures", "objects")
 """Top folders that RoboCasa's source comes without."""
@@ -19,8 +19,8 @@ SHIPPED_FOLDERS = ("fixtures/accessories", "fixtures/counters", "fixtures/fixtur
 SHIPPED_FILES_IN = ("fixtures/cabinets", "fixtures/cabinets/cabinet_panels", "fixtures/handles")
 """Folders of which only the model files themselves come with the source."""
 
-STAMP_DEPTH = 3
-"""How many folders below the assets :func:`stamp` looks."""
+STAMP_DEPTH, MODELS_DEPTH = 3, 5
+"""How many folders below the assets :func:`stamp` looks, and down to which it looks for models."""
 
 
 def is_shipped(path: str) -> bool:
@@ -124,8 +124,9 @@ def stamp(roots: Sequence[Path], sources: Sequence[Path]) -> str:
     """A cheap sign of whether anything may have changed below the roots.
 
     It is made of names, modification times and (of files) sizes down to the folders of fixture
-    kinds and object categories. A download adds models to those, which changes their times; the
-    gigabytes inside the models are not looked at.
+    kinds and object categories, and below them of models themselves. A download adds models to
+    those folders, which changes their times; the gigabytes of meshes and pictures inside the models
+    are not looked at, nor the folders of these, in which RoboCasa writes scratch files.
 
     Args:
         roots: folders of assets.
@@ -134,19 +135,37 @@ def stamp(roots: Sequence[Path], sources: Sequence[Path]) -> str:
     lines = []
     for root in roots:
         lines.append(str(root.absolute()))
-        lines += _folder_lines(str(root), STAMP_DEPTH)
+        lines += _folder_lines(str(root), 1)
     for file in sources:
         status = file.stat()
         lines.append(f"{file} {status.st_mtime_ns} {status.st_size}")
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 
+def model_digest(file: Path) -> str:
+    """Digest of a model and of the names and sizes of what lies beside it and below, its meshes and
+    pictures among them, but for other models; of another file, its size.
+    """
+    if file.suffix != ".xml":
+        return str(file.stat().st_size)
+    digest = hashlib.sha256(file.read_bytes())
+    for folder, folders, names in os.walk(file.parent):
+        folders.sort()
+        for name in sorted(name for name in names if not name.endswith(".xml")):
+            place = os.path.join(folder, name)
+            below = os.path.relpath(place, file.parent)
+            digest.update(f"\0{below} {os.stat(place).st_size}".encode())
+    return digest.hexdigest()
+
+
 def _folder_lines(folder: str, depth: int) -> Iterator[str]:
     for entry in sorted(os.scandir(folder), key=lambda entry: entry.name):
         status = entry.stat()
         if not entry.is_dir():
-            yield f"{entry.name} {status.st_mtime_ns} {status.st_size}"
+            if depth <= STAMP_DEPTH or entry.name == MODEL:
+                yield f"{entry.name} {status.st_mtime_ns} {status.st_size}"
             continue
-        yield f"{entry.name}/ {status.st_mtime_ns}"
-        if depth > 1:
-            yield from _folder_lines(entry.path, depth - 1)
+        if depth <= STAMP_DEPTH:
+            yield f"{entry.name}/ {status.st_mtime_ns}"
+        if depth < MODELS_DEPTH:
+            yield from _folder_lines(entry.path, depth + 1)
