@@ -100,7 +100,7 @@ class ProcessBackend:
         self._process: subprocess.Popen[bytes] | None = None
         self._log: Path | None = None
         self._steps = 0
-        self._asked = self._unwanted = False
+        self._asked = self._unwanted = self._named = False
         self._aside: list[int] = []
         self._pushes: list[list[Any]] = []
         self._trials = Trials(self._simulate, self._put_aside, self._go_back)
@@ -204,7 +204,7 @@ class ProcessBackend:
             process.kill()
             process.wait()
         _pipe(process.stdout).close()
-        if self._log is not None and (process.returncode == 0 or left):
+        if self._log is not None and (process.returncode == 0 or left) and not self._named:
             self._log.unlink(missing_ok=True)
 
     def kill(self) -> None:
@@ -236,7 +236,7 @@ class ProcessBackend:
         self._trials = Trials(self._simulate, self._put_aside, self._go_back)
         self._logs.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix="simulator-", suffix=".log", dir=self._logs)
-        self._log = Path(name)
+        self._log, self._named = Path(name), False
         environment = {k: v for k, v in os.environ.items() if k not in _UNSET} | _ENVIRONMENT
         if self._python:
             environment = clean_environment(environment)
@@ -291,6 +291,7 @@ class ProcessBackend:
             text = str(reply.values["error"])
             if kind := _RAISED.get(reply.values.get("kind", "")):
                 raise kind(text)
+            self._named = True
             raise SimulatorFailed(f"the simulator failed at {doing}: {text}; log: {self._log}")
         return reply
 

@@ -163,6 +163,8 @@ def test_an_error_of_the_simulator_names_the_step_and_the_log(start: Start) -> N
     with pytest.raises(RolloutError, match="failed at step 1: ZeroDivisionError") as caught:
         backend.step(STILL)
     assert "Traceback" in log_in(caught)
+    backend.close()
+    assert "Traceback" in log_in(caught), "a log that was named is kept"
 
 
 def test_a_wrong_request_is_the_users_to_mend(start: Start) -> None:
