@@ -82,7 +82,7 @@ class Family:
         """
         least, most = sorted((self.low, self.high))
         try:
-            value = float(text)
+            value = float(text) if text.isascii() else math.nan
         except ValueError:
             value = math.nan
         if not least <= value <= most:
