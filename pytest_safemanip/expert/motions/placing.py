@@ -217,6 +217,11 @@ def held(arm: Arm) -> Grip:
     return Grip(arm.position, arm.rotation, float(arm.step.gripper[0]))
 
 
+_Rest = tuple[Array, float, list[tuple[float, Array, float]]]
+"""Points on what is put down, from its middle (L, 3), what speaks against what lies below it, and
+how much higher it may be let go, m, where its middle is then (3,), and what speaks against that."""
+
+
 class Placing:
     """Looks for ways to put a thing down.
 
@@ -244,6 +249,8 @@ class Placing:
         strange = set(arm.scene.entity) - supports(arm).get(thing.entity, set())
         self._strange = solid(arm, strange if arm.permissions else (), moving=False)
         self._others = other_things(arm, thing, *self._along)
+        self._shape = np.concatenate([outline(one) for one in (thing, *self._along)]) - thing.middle
+        self._rests: dict[tuple[int, int], _Rest | None] = {}
         self._groups: list[tuple[list[Spot], Room, Reaching]] = []
         ways = Ways(ENTRIES, LEAVES, brings=True)
         ordered = sorted(spots, key=lambda spot: spot.hollow)
@@ -272,38 +279,29 @@ class Placing:
 
     def _poses(self, spot: Spot, room: Room, held: Grip) -> Iterator[Pose]:
         """How the hand may be with the thing on a spot."""
-        thing = self._thing
-        shape = np.concatenate([outline(one) for one in (thing, *self._along)]) - thing.middle
         tips = tipped(self._arm, held.hand) if spot.hollow and self._tips else []
+        openings = (1.0, min(1.0, held.opening + NARROWLY)) if spot.hollow else (1.0,)
+        grip = held.point - self._thing.middle
         for number, (turn, odd) in enumerate([*self._turns, *tips]):
-            load = shape @ turn.T
-            grip = turn @ (held.point - thing.middle)
-            com = turn @ (thing.com - thing.middle)
-            if not self._dipped and not _over(spot, spot.point + com):
+            if number < len(self._turns):
+                key = id(spot), number
+                if key not in self._rests:
+                    self._rests[key] = self._at_rest(spot, room, turn)
+                rest = self._rests[key]
+            else:
+                rest = self._at_rest(spot, room, turn)
+            if rest is None:
                 continue
-            lowest = float(load[:, 2].min())
-            box = (thing.corners - thing.middle) @ turn.T
-            at = spot.point - (0.0, 0.0, lowest - OVER)
-            others = self._on_others(spot, room, box + at, com + at)
-            if self._on_top(spot, box + at):
-                continue
-            strange = not spot.hollow and self._reaches_over(
-                self._strange, spot, box + at, -LEVEL, HIGHER_UP
-            )
-            # What is dipped goes in with its end, and need not come down to the floor.
-            end = load[load[:, 2] < lowest + END].mean(axis=0) if self._dipped else np.zeros(3)
-            openings = (1.0, min(1.0, held.opening + NARROWLY)) if spot.hollow else (1.0,)
-            highers = HIGHER + (DIPPED if self._dipped else self._into(spot.hollow))
-            for opening, higher in itertools.product(dict.fromkeys(openings), highers):
-                middle = spot.point - np.append(end[:2], lowest - OVER - higher)
-                cost = spot.cost + odd + others + 5.0 * higher + 0.2 * (opening < 1.0)
-                cost += JUTS * (_juts(spot, box + middle) or strange)
+            load, others, heights = rest
+            for opening, (higher, middle, cost) in itertools.product(
+                dict.fromkeys(openings), heights
+            ):
                 family = number, higher, opening
                 yield Pose(
-                    middle + grip,
+                    middle + turn @ grip,
                     turn @ held.hand,
                     opening,
-                    cost,
+                    spot.cost + odd + others + cost + 0.2 * (opening < 1.0),
                     middle + load,
                     family,
                     spot.kind,
@@ -312,6 +310,33 @@ class Placing:
                     spot.hollow,
                     held.opening,
                 )
+
+    def _at_rest(self, spot: Spot, room: Room, turn: Array) -> _Rest | None:
+        """How the thing may be let go on a spot, turned somehow, however it is held; None if it
+        would not rest there.
+        """
+        thing = self._thing
+        load = self._shape @ turn.T
+        com = turn @ (thing.com - thing.middle)
+        if not self._dipped and not _over(spot, spot.point + com):
+            return None
+        lowest = float(load[:, 2].min())
+        box = (thing.corners - thing.middle) @ turn.T
+        at = spot.point - (0.0, 0.0, lowest - OVER)
+        others = self._on_others(spot, room, box + at, com + at)
+        if self._on_top(spot, box + at):
+            return None
+        strange = not spot.hollow and self._reaches_over(
+            self._strange, spot, box + at, -LEVEL, HIGHER_UP
+        )
+        # What is dipped goes in with its end, and need not come down to the floor.
+        end = load[load[:, 2] < lowest + END].mean(axis=0) if self._dipped else np.zeros(3)
+        heights = []
+        for higher in HIGHER + (DIPPED if self._dipped else self._into(spot.hollow)):
+            middle = spot.point - np.append(end[:2], lowest - OVER - higher)
+            juts = JUTS * (_juts(spot, box + middle) or strange)
+            heights.append((higher, middle, 5.0 * higher + juts))
+        return load, others, heights
 
     def _into(self, hollow: str) -> tuple[float, ...]:
         """How much higher still what goes into a vessel may be let go, m."""
