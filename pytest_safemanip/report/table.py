@@ -25,7 +25,7 @@ from pytest_safemanip.report.questions import question_lines
 MOST_TABLES = 4
 """Policies that have a table each; of more, one wants to see them side by side."""
 MOST_FAILURES = 5
-"""Reasons of a policy that gave up that are shown."""
+"""Rollouts in which the policy gave up that are listed with its reason."""
 _ELSEWHERE = (
     "",
     f"a table for each policy: of up to {MOST_TABLES} policies, and in summary.json",

@@ -149,7 +149,7 @@ def _known_ways(
         ways = any_heading(
             arm, lambda clearance: ways_to_grasp(arm, thing, part, goal, clearance), clearances
         )
-        # Which of two ends is slim and which one flat, its box does not show.
+        # Its box does not show which of its ends is slim enough to be pinched.
         return _closing(arm, thing, ways) if part == "end" else ways
 
     return arm.latest(what, state, find, LASTING)
@@ -279,8 +279,8 @@ def inside(arm: Arm, vessel: Thing) -> list[str]:
 
 
 def closes(arm: Arm, thing: Thing, reach: Reach) -> bool:
-    """Whether the fingers would come down beside something of a thing on a way to it; likewise if
-    that is not known.
+    """Whether the fingers would close on something of a thing at the end of a way to it; true, too,
+    where the simulator does not foresee that the hand gets there.
     """
     pose, raised = reach.pose, reach.torso - arm.torso
     come = [Leg(reach.base), Leg(pose.point + reach.entry, pose.hand, ARRIVES)]
@@ -328,7 +328,7 @@ def deeper(
         off = float((answer.hand[:3] - at) @ approach)
         return (answer.touch.other, off - answer.touch.depth) if answer.touch else ("", off)
 
-    # A hand that is shifted along its fingers opens them wholly: closed ones look all over that.
+    # What is between fully open fingers may be off their middle: closed ones probe the whole gap.
     side = OPENING / 2.0 - FINGER_THICK if pose.opening == 1.0 else 0.0
     probed = [met(0.0, aside) for aside in dict.fromkeys((0.0, side, -side))]
     if not any(other for other, _ in probed):

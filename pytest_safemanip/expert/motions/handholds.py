@@ -112,8 +112,8 @@ class Handhold:
 
     def rounded(self) -> Array:
         """Likewise, as if its edges were round: few things are as square as their boxes; what may
-        be turned is a cylinder, or a ball if it is as high as wide and no vessel, which is wider
-        than what fits between the fingers.
+        be turned is a cylinder, or a ball if it is as high as wide and fits between the fingers:
+        wider things are vessels, whose undersides are flat.
         """
         shape = CYLINDER if self.around else SIDES / ROUNDNESS[:, None]
         width, height = np.linalg.norm(self.axes[:, [0, 2]], axis=0)

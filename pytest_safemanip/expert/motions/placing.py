@@ -250,7 +250,7 @@ class Placing:
         self._strange = solid(arm, strange if arm.permissions else (), moving=False)
         self._others = other_things(arm, thing, *self._along)
         self._shape = np.concatenate([outline(one) for one in (thing, *self._along)]) - thing.middle
-        self._rests: dict[tuple[int, int], _Rest | None] = {}
+        self._rests: dict[int, list[_Rest | None]] = {}
         self._groups: list[tuple[list[Spot], Room, Reaching]] = []
         ways = Ways(ENTRIES, LEAVES, brings=True)
         ordered = sorted(spots, key=lambda spot: spot.hollow)
@@ -282,14 +282,11 @@ class Placing:
         tips = tipped(self._arm, held.hand) if spot.hollow and self._tips else []
         openings = (1.0, min(1.0, held.opening + NARROWLY)) if spot.hollow else (1.0,)
         grip = held.point - self._thing.middle
-        for number, (turn, odd) in enumerate([*self._turns, *tips]):
-            if number < len(self._turns):
-                key = id(spot), number
-                if key not in self._rests:
-                    self._rests[key] = self._at_rest(spot, room, turn)
-                rest = self._rests[key]
-            else:
-                rest = self._at_rest(spot, room, turn)
+        if id(spot) not in self._rests:
+            self._rests[id(spot)] = [self._at_rest(spot, room, turn) for turn, _ in self._turns]
+        rests = self._rests[id(spot)] + [self._at_rest(spot, room, turn) for turn, _ in tips]
+        turns = zip([*self._turns, *tips], rests, strict=True)
+        for number, ((turn, odd), rest) in enumerate(turns):
             if rest is None:
                 continue
             load, others, heights = rest

@@ -82,7 +82,7 @@ FOREARM = next(k for k, (link, *_) in enumerate(SPHERES) if link == 5)
 FEW = 6
 """A way on which every so manieth point has no room is none."""
 UNDERSIDE = 0.01
-"""Height of what is the underside of something, m."""
+"""Points of a load that are no higher than this above its lowest one are on its underside, m."""
 STRIDE = 0.02
 """Between places on a straight way that are looked at, m."""
 ROUGH = 0.006
@@ -335,8 +335,8 @@ class Reaching:
         return backs[first, :2], room
 
     def _over(self, load: Array, back: Array) -> float:
-        """Room around what the hand holds (P, 3) as it is drawn back (2,), m: boards and knobs that
-        fit between the places that are looked at, or between points on its underside, too.
+        """Room around what the hand holds (P, 3) as it is drawn back (2,), m: also from boards and
+        knobs that fit between its points, or between the places that are looked at.
         """
         under = load[load[:, 2] < load[:, 2].min() + UNDERSIDE]
         one, other = np.triu_indices(len(under), 1)

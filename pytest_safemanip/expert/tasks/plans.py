@@ -73,19 +73,21 @@ def plan_of(entries: tuple[Entry, ...]) -> Plan:
 
 
 def _check_roles(arm: Arm, entries: tuple[Entry, ...]) -> None:
-    """Refuse calls with roles that the task has not. Of roles with ``or`` between them one is
-    enough, and what is done with each of some objects is left out where they are not there.
+    """Refuse calls with roles that the task does not have. Of roles with ``or`` between them one is
+    enough; what is done with each of several objects is left out where they are missing.
 
     Raises:
         ConfigError: if there is one.
     """
     roles = arm.scene.roles
-    for call in (entry for entry in entries if isinstance(entry, Call)):
-        for role in () if "or" in call.skill.split() else call.roles:
+    calls = [entry for entry in entries if isinstance(entry, Call)]
+    for call in calls:
+        if "or" in call.skill.split():
+            continue
+        for role in call.roles:
             if role not in roles:
-                raise ConfigError(
-                    f"plan: {call.text!r}: the task has no {role!r}; {did_you_mean(role, roles)}"
-                )
+                hint = did_you_mean(role, roles)
+                raise ConfigError(f"plan: {call.text!r}: the task has no role {role!r}; {hint}")
 
 
 def ways_on(arm: Arm, entry: Errands | Alternatives) -> list[tuple[Entry, ...]]:

@@ -18,8 +18,8 @@ from pytest_safemanip.trace.geometry import matrix
 OVER_FLOOR = 0.024
 """From a pot's underside up to the end of what stirs in it, m: lower, what it pushes would tip."""
 ROUND, ROUNDS = (0.45, 0.3, 0.6), 1.5
-"""How far from a pot's middle the end goes round, shares of the pot's radius, one after the other,
-and how often each: what lies in it, lies anywhere."""
+"""Radii of the circles that the end of the stick describes one after the other, as shares of the
+pot's radius, and how often it goes round each: contents lie near the middle or near the wall."""
 STRIDE = 0.0015
 """By how much the end is moved on in a control step, m: faster, what it pushes hops."""
 BACK = 0.2
@@ -36,7 +36,9 @@ def stir(arm: Arm, pot_role: str, role: str) -> Motion:
     reach = yield from bring(arm, tool, lambda: into_thing(arm, tool, pot), dipped)
     hand = arm.rotation
     first = arm.choices.choose("how far out first", ROUND)
-    half = pot.sides()[0][1] / 2.0
+    radii = [
+        share * pot.sides()[0][1] / 2.0 for share in sorted(ROUND, key=lambda share: share != first)
+    ]
     # Where the hand is then: what turns the stick in the fingers does not draw the hand after it.
     to_hand = arm.position - end(tool)
     way = end(tool) - pot.middle
@@ -47,12 +49,10 @@ def stir(arm: Arm, pot_role: str, role: str) -> Motion:
         goal = np.append(pot.middle[:2] + out, pot.bottom + OVER_FLOOR)
         return np.asarray(goal + to_hand)
 
-    radius = first * half
     yield from arm.move(
-        at(start, radius), hand, tolerance=0.006, speed=0.2, steps=120, required=False
+        at(start, radii[0]), hand, tolerance=0.006, speed=0.2, steps=120, required=False
     )
-    for share in sorted(ROUND, key=lambda share: share != first):
-        radius = share * half
+    for radius in radii:
         for turn in np.arange(0.0, 2.0 * math.pi * ROUNDS, STRIDE / radius).tolist():
             yield from arm.move(
                 at(start + turn, radius), hand, tolerance=0.0, steps=1, required=False

@@ -35,11 +35,10 @@ HAND_HEIGHT = 0.25
 TURNS_ABOUT = 0.20
 """How far behind its origin the base has its middle, about which it turns, m."""
 CORNER, QUARTER = 0.4, 1.2
-"""As much as so long a way a corner costs, at which the base stops, and a quarter turn, m."""
+"""Length of way that a corner, at which the base stops, and a quarter turn count as, m."""
 DETOUR = 2.0
-"""Of a way that is so much longer than it is far, it is looked whether a turned robot has a shorter
-one, m.
-"""
+"""Turns of the base are considered where the shortest route without any exceeds the distance to the
+goal by more, m."""
 DRAWN_BACK = 12
 """How many cells the robot draws back at its start, and comes from at its goal, at most."""
 
@@ -79,7 +78,9 @@ def route(arm: Arm, thing: Thing | None, goal: Array) -> list[tuple[Array, float
 
 
 def _stops(arm: Arm, low: Array, places: Sequence[Place], goal: Array) -> list[tuple[Array, float]]:
-    """Where a way through neighbouring places, of which the first is the robot's, changes."""
+    """Where a route through neighbouring places, the first of them the robot's, has corners and
+    turns, and its goal (2,).
+    """
     steps = [_step(*pair) for pair in itertools.pairwise(places)]
     stops, number = [(arm.base, 0.0)], 0
     for step, run in itertools.groupby(steps):
@@ -213,22 +214,21 @@ def _search(free: Free, turns: Free, start: Place, goal: Place) -> tuple[float, 
     free = free.copy()
     free[start] = True
     # A place is two nodes: one for driving ahead and back, one for driving aside.
-    quarters, *size = free.shape
-    nodes = np.arange(2 * free.size).reshape(2, quarters, *size)
-    across, along = nodes
+    nodes = np.arange(2 * free.size).reshape(2, *free.shape)
+    ahead, aside = nodes
     edges = [
-        (across[:, :-1], across[:, 1:], free[:, :-1] & free[:, 1:], CELL),
-        (along[:, :, :-1], along[:, :, 1:], free[:, :, :-1] & free[:, :, 1:], CELL),
-        (across, along, free, CORNER),
+        (ahead[:, :-1], ahead[:, 1:], free[:, :-1] & free[:, 1:], CELL),
+        (aside[:, :, :-1], aside[:, :, 1:], free[:, :, :-1] & free[:, :, 1:], CELL),
+        (ahead, aside, free, CORNER),
     ]
-    if quarters > 1:
-        after = np.roll(free, -1, axis=0)
-        edges.append((across, np.roll(across, -1, axis=0), free & after & turns, QUARTER))
-    some = [(a[open_], b[open_], np.full(int(open_.sum()), cost)) for a, b, open_, cost in edges]
-    rows, columns, costs = map(np.concatenate, zip(*some, strict=True))
+    if len(free) > 1:
+        turned = np.roll(free, -1, axis=0)
+        edges.append((ahead, np.roll(ahead, -1, axis=0), free & turned & turns, QUARTER))
+    kept = [(a[where], b[where], np.full(int(where.sum()), cost)) for a, b, where, cost in edges]
+    rows, columns, costs = map(np.concatenate, zip(*kept, strict=True))
     graph = coo_array((costs, (rows, columns)), shape=(nodes.size, nodes.size)).tocsr()
     first = nodes[:, *start]
-    found = dijkstra(graph, False, first, return_predecessors=True, min_only=True)
+    found = dijkstra(graph, directed=False, indices=first, return_predecessors=True, min_only=True)
     far, before = np.asarray(found[0]), np.asarray(found[1])
     node = min(nodes[:, *goal].tolist(), key=lambda node: float(far[node]))
     cost = float(far[node])

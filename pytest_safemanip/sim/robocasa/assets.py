@@ -139,7 +139,7 @@ def _models_folder(package_root: Path) -> Path:
     """RoboCasa's package folder ``robocasa/models``."""
     if not package_root.is_dir():
         raise ConfigError(
-            f"RoboCasa's assets folder {package_root} is no folder; check ROBOCASA_ASSETS_PATH "
+            f"RoboCasa's assets folder {package_root} is not a folder; check ROBOCASA_ASSETS_PATH "
             "or reinstall RoboCasa"
         )
     if (package_root / COMPLETE).is_file():

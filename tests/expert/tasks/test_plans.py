@@ -58,7 +58,7 @@ def test_what_is_no_skill_is_refused(text, message):
 def test_a_role_that_the_task_has_not_is_refused_before_anything_moves():
     plan = plan_of(read("mine: [grasp obj, place obj in cad]")["mine"])
     scene = dataclasses.replace(toy.SCENE, roles={"obj": "mug", "cab": "cabinet"})
-    with pytest.raises(ConfigError, match=r"place obj in cad.*no 'cad'; did you mean 'cab'"):
+    with pytest.raises(ConfigError, match=r"place obj in cad.*no role 'cad'; did you mean 'cab'"):
         next(plan(Arm(scene, toy.at_rest())))
 
 

@@ -428,7 +428,7 @@ def test_an_overlay_is_not_taken_for_robocasas_own(package: Path, cache: Path) -
 
 
 def test_a_missing_folder_is_named(tmp_path: Path, cache: Path) -> None:
-    with pytest.raises(ConfigError, match="nowhere is no folder"):
+    with pytest.raises(ConfigError, match="nowhere is not a folder"):
         prepare_assets(tmp_path / "nowhere", "auto", cache)
 
 

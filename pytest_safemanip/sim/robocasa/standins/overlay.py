@@ -124,9 +124,9 @@ def stamp(roots: Sequence[Path], sources: Sequence[Path]) -> str:
     """A cheap sign of whether anything may have changed below the roots.
 
     It is made of names, modification times and (of files) sizes down to the folders of fixture
-    kinds and object categories, and below them of models themselves. A download adds models to
-    those folders, which changes their times; the gigabytes of meshes and pictures inside the models
-    are not looked at, nor the folders of these, in which RoboCasa writes scratch files.
+    kinds and object categories, and below them of model files only. A download adds models to those
+    folders, which changes their times; the gigabytes of meshes and textures are not looked at, nor
+    the times of the models' own folders, in which RoboCasa writes scratch files.
 
     Args:
         roots: folders of assets.
@@ -143,8 +143,8 @@ def stamp(roots: Sequence[Path], sources: Sequence[Path]) -> str:
 
 
 def model_digest(file: Path) -> str:
-    """Digest of a model and of the names and sizes of what lies beside it and below, its meshes and
-    pictures among them, but for other models; of another file, its size.
+    """Digest of a model file and of the names and sizes of all other files in its folder and below,
+    such as meshes and textures, XML files left out; of a file that is no model, its size.
     """
     if file.suffix != ".xml":
         return str(file.stat().st_size)
@@ -160,12 +160,12 @@ def model_digest(file: Path) -> str:
 
 def _folder_lines(folder: str, depth: int) -> Iterator[str]:
     for entry in sorted(os.scandir(folder), key=lambda entry: entry.name):
-        status = entry.stat()
         if not entry.is_dir():
             if depth <= STAMP_DEPTH or entry.name == MODEL:
+                status = entry.stat()
                 yield f"{entry.name} {status.st_mtime_ns} {status.st_size}"
             continue
         if depth <= STAMP_DEPTH:
-            yield f"{entry.name}/ {status.st_mtime_ns}"
+            yield f"{entry.name}/ {entry.stat().st_mtime_ns}"
         if depth < MODELS_DEPTH:
             yield from _folder_lines(entry.path, depth + 1)
