@@ -11,7 +11,7 @@ import hashlib
 from collections.abc import Collection, Iterable
 from pathlib import Path
 
-from pytest_safemanip.expert.tasks.plans import CALLS, ENTRIES
+from pytest_safemanip.expert.tasks.plans import Entry, calls_of
 from pytest_safemanip.expert.tasks.skills import SKILLS
 
 PACKAGE = __name__.rpartition(".")[0]
@@ -23,16 +23,16 @@ ALWAYS = (f"{PACKAGE}.robot.arm", f"{PACKAGE}.tasks.search")
 """With what they import, likewise part of any rollout."""
 
 
-def plan_digest(task: str, root: Path = ROOT) -> str:
+def plan_digest(entries: tuple[Entry, ...], root: Path = ROOT) -> str:
     """SHA-256 of what decides the expert's actions in a task.
 
     Args:
-        task: the task.
+        entries: its plan of the task.
         root: the folder of the whole package, or of a copy of it.
     """
-    skills = {call.skill: SKILLS[call.skill] for call in CALLS[task]}
+    skills = {call.skill: SKILLS[call.skill] for call in calls_of(entries)}
     names = [f"{name}: {do.__module__}.{do.__qualname__}" for name, do in skills.items()]
-    plan = repr((ENTRIES[task], names))
+    plan = repr((entries, names))
     return code_digest(plan, {do.__module__ for do in skills.values()}, root)
 
 

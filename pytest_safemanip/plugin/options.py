@@ -51,8 +51,8 @@ OPTIONS = (
         "--safemanip-policy",
         "turn the safety suite on for these policies: pi0, pi05, groot, groot-pt, groot-to, "
         "groot-tpt, pi0-libero, pi05-libero, openvla-oft, openpi, lerobot, vla-eval (on a server, "
-        "at ENDPOINT), scripted, scripted:FAULT, random, hold, recording:DIR, MODULE:ATTRIBUTE, or "
-        "one from the hook pytest_safemanip_policies (repeatable)",
+        "at ENDPOINT), scripted, scripted:FAULT, scripted:PLANS.yaml, random, hold, recording:DIR, "
+        "MODULE:ATTRIBUTE, or one from the hook pytest_safemanip_policies (repeatable)",
         metavar="NAME[@CHECKPOINT][=ENDPOINT[+...]][,...]",
         repeat=True,
     ),

@@ -45,6 +45,10 @@ class _Node:
         return "a list" if isinstance(self.value, list) else "a mapping"
 
 
+Texts = str | list["Texts"] | dict[str, "Texts"]
+"""A text, or texts in lists and mappings."""
+
+
 class Section:
     """A mapping of a YAML file.
 
@@ -164,6 +168,10 @@ class Section:
                 raise self._expected(key, "mappings", item)
         return tuple(Section(self.path, item, self._dotted(key)) for item in node.value)
 
+    def texts(self, key: str) -> Texts:
+        """Texts in lists and mappings that have no form of their own; none of them is empty."""
+        return self._texts(key, self._node(key))
+
     def whole(self, key: str) -> int:
         """A whole number of at least 0."""
         value = self.number(key)
@@ -198,6 +206,15 @@ class Section:
         if not node.is_text:
             raise self._expected(key, _AS_TEXT, node)
         return node.value
+
+    def _texts(self, key: str, node: _Node) -> Texts:
+        if isinstance(node.value, str):
+            return self._text(key, node)
+        if not node.value:
+            raise self._expected(key, "something in it", node)
+        if isinstance(node.value, list):
+            return [self._texts(key, item) for item in node.value]
+        return {name: self._texts(key, item) for name, (_, item) in node.value.items()}
 
     def _expected(self, key: str, wanted: str, node: _Node) -> ConfigError:
         place = f"{self.path}:{node.line}"

@@ -38,7 +38,7 @@ class Package:
 
     def _digest(self, task, name):
         if not name:
-            return digest.plan_digest(task, self.root)
+            return digest.plan_digest(ENTRIES[task], self.root)
         return digest.code_digest(FAULTS[name].entries[task], [FAULTS[name].home], self.root)
 
 
@@ -93,9 +93,9 @@ def test_a_new_skill_plan_or_fault_leaves_recordings_as_they_are(package, file):
 
 
 def test_another_plan_has_another_digest(monkeypatch):
-    before = digest.plan_digest("OpenDrawer")
+    before = digest.plan_digest(ENTRIES["OpenDrawer"])
     monkeypatch.setitem(ENTRIES, "OpenDrawer", ENTRIES["OpenCabinet"])
-    assert digest.plan_digest("OpenDrawer") != before
+    assert digest.plan_digest(ENTRIES["OpenDrawer"]) != before
 
 
 def test_a_recording_is_recognised_by_the_digest_of_its_task_and_fault():

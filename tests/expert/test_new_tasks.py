@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from pytest_safemanip.expert.tasks import plans
-
-PLANS = """
-CloseDrawer: [close drawer]
-OpenMicrowave: [open fxtr]
-PickPlaceCounterToSink: [grasp obj, place obj in sink]
-"""
+PLANS = {
+    "CloseDrawer": "[close drawer]",
+    "OpenMicrowave": "[open fxtr]",
+    "PickPlaceCounterToSink": "[grasp obj, place obj in sink]",
+}
 TASKS = {
     "CloseDrawer": """
 mechanisms: [drawer]
@@ -37,10 +35,9 @@ properties: [collision_contact, grasp_stability, release_stability, action_onset
 @pytest.mark.parametrize("task", TASKS)
 def test_a_short_plan_does_another_task(task, rollouts, tmp_path, monkeypatch):
     head = f"task: {task}\nsets: [mine]\nsuite: atomic_fixture\nhorizon: atomic\n"
-    (tmp_path / f"{task}.yaml").write_text(head + TASKS[task].lstrip())
-    entries = plans.read(PLANS)[task]
-    monkeypatch.setitem(plans.ENTRIES, task, entries)
-    monkeypatch.setitem(plans.CALLS, task, entries)
-    monkeypatch.setitem(plans.EXPERT, task, plans.plan_of(entries))
-    found = rollouts.get(task, task_paths=(tmp_path,))
+    (tmp_path / "tasks").mkdir()
+    (tmp_path / "tasks" / f"{task}.yaml").write_text(head + TASKS[task].lstrip())
+    (tmp_path / "plans.yaml").write_text(f"{task}: {PLANS[task]}\n")
+    monkeypatch.chdir(tmp_path)
+    found = rollouts.get(task, "scripted:plans.yaml", task_paths=(tmp_path / "tasks",))
     assert found.recording.success, found.recording.episode.failure

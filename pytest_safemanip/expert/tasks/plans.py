@@ -1,11 +1,10 @@
-"""The expert's plans, from ``plans.yaml``."""
+"""The expert's plans, from ``plans.yaml`` or a file of the user's."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib.resources import files
-
-import yaml
+from pathlib import Path
 
 from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed
@@ -13,6 +12,8 @@ from pytest_safemanip.expert.tasks.calls import Call
 from pytest_safemanip.expert.tasks.search import Search
 from pytest_safemanip.expert.tasks.skills import SKILLS, parse
 from pytest_safemanip.expert.world.things import Thing
+from pytest_safemanip.spec import yamlfile
+from pytest_safemanip.spec.yamlfile import Section, Texts
 
 Errands = Mapping[str, tuple[Call, ...]]
 """Skills by the role of the object that they begin with; what stands nearest comes first."""
@@ -21,28 +22,77 @@ Alternatives = tuple[tuple[Call, ...], ...]
 Entry = Call | Errands | Alternatives
 
 
-def read(text: str) -> dict[str, tuple[Entry, ...]]:
-    """Plans by task, from YAML.
+def load(path: Path) -> dict[str, tuple[Entry, ...]]:
+    """Plans by task, from a file.
 
     Raises:
-        ConfigError: if there is no such skill.
+        ConfigError: if it cannot be read, or says something that is no plan.
     """
-    return {task: tuple(map(_entry, skills)) for task, skills in yaml.safe_load(text).items()}
+    return _plans(yamlfile.load(path))
 
 
-def _entry(entry: str | list[list[str]] | dict[str, list[str]]) -> Entry:
+def read(text: str, path: Path = Path("plans.yaml")) -> dict[str, tuple[Entry, ...]]:
+    """Plans by task, from the content of a file.
+
+    Raises:
+        ConfigError: if it is not YAML, or says something that is no plan.
+    """
+    return _plans(yamlfile.parse(text.encode(), path))
+
+
+def _plans(section: Section) -> dict[str, tuple[Entry, ...]]:
+    found = {}
+    for task in section:
+        try:
+            found[task] = _plan(section.texts(task))
+        except _NoPlan as error:
+            raise section.error(task, str(error)) from error
+    return found
+
+
+class _NoPlan(ValueError):
+    """What is no plan."""
+
+
+def _plan(texts: Texts) -> tuple[Entry, ...]:
+    if not isinstance(texts, list):
+        raise _NoPlan("expected a list of skills, such as [grasp obj, place obj in cab]")
+    return tuple(map(_entry, texts))
+
+
+def _entry(entry: Texts) -> Entry:
     if isinstance(entry, str):
-        return parse(entry)
+        return _call(entry)
     if isinstance(entry, list):
-        return tuple(tuple(map(parse, skills)) for skills in entry)
-    return {role: tuple(map(parse, skills)) for role, skills in entry.items()}
+        return tuple(map(_skills, entry))
+    return {role: _skills(skills) for role, skills in entry.items()}
 
 
-def _calls(entry: Entry) -> list[Call]:
-    if isinstance(entry, Call):
-        return [entry]
-    groups = entry.values() if isinstance(entry, Mapping) else entry
-    return [call for skills in groups for call in skills]
+def _skills(texts: Texts) -> tuple[Call, ...]:
+    if not isinstance(texts, list):
+        raise _NoPlan(f"expected a list of skills, found {texts!r}")
+    return tuple(map(_call, texts))
+
+
+def _call(text: Texts) -> Call:
+    if not isinstance(text, str):
+        raise _NoPlan(f"expected a skill, found {text!r}; skills are nested once")
+    try:
+        return parse(text)
+    except ConfigError as error:
+        raise _NoPlan(str(error)) from error
+
+
+def calls_of(entries: Iterable[Entry]) -> tuple[Call, ...]:
+    """All skills of a plan."""
+    found = list[Call]()
+    for entry in entries:
+        if isinstance(entry, Call):
+            found.append(entry)
+            continue
+        groups = entry.values() if isinstance(entry, Mapping) else entry
+        found += [call for skills in groups for call in skills]
+    return tuple(found)
 
 
 def plan_of(entries: tuple[Entry, ...]) -> Plan:
@@ -111,8 +161,7 @@ ENTRIES = read((files("pytest_safemanip.expert.tasks") / "plans.yaml").read_text
 """By task, as ``plans.yaml`` has them."""
 
 CALLS: Mapping[str, tuple[Call, ...]] = {
-    task: tuple(call for entry in entries for call in _calls(entry))
-    for task, entries in ENTRIES.items()
+    task: calls_of(entries) for task, entries in ENTRIES.items()
 }
 """All skills of a plan, by task."""
 

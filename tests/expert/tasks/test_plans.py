@@ -11,6 +11,7 @@ from pytest_safemanip.expert.tasks.calls import Call
 from pytest_safemanip.expert.tasks.plans import CALLS, EXPERT, plan_of, read, ways_on
 from pytest_safemanip.expert.tasks.skills import SKILLS, parse
 from pytest_safemanip.faults.library import FAULTS, Row, rows
+from pytest_safemanip.faults.policy import Scripted
 from pytest_safemanip.resources import folder
 from pytest_safemanip.run.cases import applicable
 from pytest_safemanip.run.definitions import load_definitions
@@ -53,6 +54,37 @@ def test_what_is_no_skill_is_refused(text, message):
     with pytest.raises(ConfigError) as caught:
         parse(text)
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[grasp obj]", "plans.yaml:1: expected a mapping of keys to values, found a list"),
+        ("mine: grasp obj", "plans.yaml:1: key 'mine': expected a list of skills, such as"),
+        ("mine: []", "plans.yaml:1: key 'mine': expected something in it, found a list"),
+        ("mine: [grap obj]", "key 'mine': unknown skill 'grap' in 'grap obj'; did you mean"),
+        ("mine: [{obj: grasp obj}]", "key 'mine': expected a list of skills, found 'grasp obj'"),
+        ("mine: [[[[grasp obj]]]]", "key 'mine': expected a skill, found ['grasp obj']; skills"),
+        ("mine: [grasp obj]\nmine: [grasp obj]", "plans.yaml:2: key 'mine' is given twice"),
+        ("mine: [3]", "key 'mine': expected text (in quotes"),
+        ("", "plans.yaml:1: the file is empty"),
+    ],
+)
+def test_what_is_no_plan_is_refused_with_its_line(text, message):
+    with pytest.raises(ConfigError) as caught:
+        read(text)
+    assert message in str(caught.value)
+
+
+def test_a_file_of_plans_goes_before_the_shipped_ones(tmp_path):
+    (tmp_path / "mine.yaml").write_text("OpenDrawer: [close drawer]\nCloseDrawer: [close drawer]")
+    usual, mine = Scripted(), Scripted(str(tmp_path / "mine.yaml"))
+    assert {*mine.tasks} == {*usual.tasks, "CloseDrawer"}
+    assert mine.fingerprint_in("OpenDrawer") == mine.fingerprint_in("CloseDrawer")
+    assert mine.fingerprint_in("OpenDrawer") != usual.fingerprint_in("OpenDrawer")
+    assert mine.fingerprint_in("OpenCabinet") == usual.fingerprint_in("OpenCabinet")
+    with pytest.raises(ConfigError, match=r"none\.yaml"):
+        Scripted(str(tmp_path / "none.yaml"))
 
 
 def test_a_role_that_the_task_has_not_is_refused_before_anything_moves():
