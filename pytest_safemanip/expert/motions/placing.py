@@ -473,8 +473,8 @@ def check_inside(thing: Thing, vessel: Thing) -> None:
         SkillFailed: if it does not.
     """
     beside = any(
-        abs(float((thing.centre - vessel.centre) @ axis)) > width / 2.0
-        for axis, width in vessel.sides()
+        abs(float((thing.centre - vessel.middle) @ axis)) > width / 2.0
+        for axis, width in vessel.sides_about_middle()
     )
     if beside or thing.bottom > vessel.highest - BELOW_RIM:
         raise SkillFailed(f"{thing.entity} does not lie in {vessel.entity}")

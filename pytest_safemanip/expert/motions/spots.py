@@ -56,7 +56,7 @@ def on_thing(arm: Arm, target: Thing, end: str = "") -> list[Spot]:
         target: what it is put on.
         end: ``near`` or ``far`` for that half of it, ``end`` for one of its ends; empty for any.
     """
-    (narrow, width), (long, length) = target.sides()
+    (narrow, width), (long, length) = target.sides_about_middle()
     space = next((space for _, space in spaces_around(arm, target)), None)
     spans = np.stack((narrow * width, long * length), axis=1) / 2.0
     found = []
@@ -77,7 +77,7 @@ def on_thing(arm: Arm, target: Thing, end: str = "") -> list[Spot]:
 
 def into_thing(arm: Arm, thing: Thing, target: Thing) -> list[Spot]:
     """Likewise into a vessel: off its middle only where what is put there fits beside it."""
-    (_, width), (long, length) = target.sides()
+    (_, width), (long, length) = target.sides_about_middle()
     room = max(0.0, (width - thing.sides()[1][1]) / 2.0 - WALL)
     found = []
     for spot in on_thing(arm, target):

@@ -117,6 +117,14 @@ class Thing:
         found = [(np.asarray(axes[:, k]), 2.0 * self._body.half[k]) for k in flat]
         return sorted(found, key=lambda side: side[1])
 
+    def sides_about_middle(self) -> list[tuple[Array, float]]:
+        """Likewise as wide as it is evenly about its middle: a vessel's handle left out."""
+        out = self.centre - self.middle
+        even = [
+            (axis, max(0.0, width - 2.0 * abs(float(out @ axis)))) for axis, width in self.sides()
+        ]
+        return sorted(even, key=lambda side: side[1])
+
 
 def other_things(arm: Arm, *own: Thing) -> list[Thing]:
     """All objects but some."""
