@@ -20,6 +20,7 @@ CORE = (
     "sim.clearance",
     "sim.rehearsal",
     "sim.staging",
+    "spec.yamlfile",
     "policies.base",
 )
 """What the expert knows of the rest, as any policy may."""

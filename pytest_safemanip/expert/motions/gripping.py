@@ -381,7 +381,7 @@ def lift(arm: Arm, thing: Thing, reach: Reach) -> Motion:
     """
     before = thing.underside
     below = [other for other in other_things(arm, thing) if other.entity in carriers(arm, thing)]
-    low = [other.bottom for other in below]
+    high = [other.highest for other in below]
     arm.stood = {**arm.stood, thing.entity: thing.pose}
     yield from arm.grip(True, 14)
     out = np.append(reach.leave[:2], max(0.03, float(reach.leave[2])))
@@ -395,6 +395,7 @@ def lift(arm: Arm, thing: Thing, reach: Reach) -> Motion:
     )
     if thing.underside - before < LIFTED:
         raise SkillFailed("the object was not lifted")
-    for other, height in zip(below, low, strict=True):
-        if other.bottom - height > LIFTED / 2.0:
+    # One side of it is enough: fingers that pinch its wall, too, tilt it.
+    for other, height in zip(below, high, strict=True):
+        if other.highest - height > LIFTED / 2.0:
             raise SkillFailed(f"{other.entity} came along")

@@ -53,6 +53,11 @@ SLIGHTLY = (15.0, -15.0)
 neither finger meets what the fin stands on, degrees."""
 PITCHES, YAWS, ROLLS = (15.0, 35.0, 55.0, 75.0, 88.0), (0.0, 30.0, -30.0, 60.0, -60.0), (0.0, 90.0)
 """Of a hand that pushes, degrees."""
+NEARLY = math.radians(6.0)
+"""By how much two fingertips are off the face that they push, at most, for the hand to be turned
+until they are on it, rad: the base stands askew, and one alone may not press as hard as some doors
+ask.
+"""
 HALF_ROUND = 0.5
 """Cost of a hand that is rotated by 180 degrees about its approach: its fingers are alike, but the
 arm behind it goes elsewhere."""
@@ -350,18 +355,21 @@ def _pushed(
     for cost, spot, normal, _ in _spots(joint, part, way, False, wider):
         for hand, twisted in turned:
             if hand[:, 2] @ normal < ALONG:
-                yield Hold(spot + _off(normal, hand), hand, 0.0, cost + twisted, spot, normal)
+                flat = _flat(hand, normal)
+                yield Hold(spot + _off(normal, flat), flat, 0.0, cost + twisted, spot, normal)
     for cost, spot, normal, inward in _spots(joint, part, way, True, wider):
         for hand, twisted in (*hands, *rotated) if wider else ():
             if hand[:, 2] @ inward >= OVER and abs(hand[:, 2] @ normal) < ALONG:
-                tip, full = spot - TIP * hand[:, 2], cost + HOOKED + twisted
-                yield Hold(tip + _off(normal, hand), hand, 0.0, full, tip, normal)
+                flat, full = _flat(hand, normal), cost + HOOKED + twisted
+                tip = spot - TIP * flat[:, 2]
+                yield Hold(tip + _off(normal, flat), flat, 0.0, full, tip, normal)
         for hand, twisted in turned:
             if hand[:, 2] @ inward < OVER:
                 continue
             full = cost + HOOKED + twisted
             if ALONG < hand[:, 2] @ normal < OVER_EDGE:
-                yield Hold(spot + _off(normal, hand), hand, 0.0, full, spot, normal)
+                flat = _flat(hand, normal)
+                yield Hold(spot + _off(normal, flat), flat, 0.0, full, spot, normal)
             if abs(hand[:, 0] @ normal) > INSIDE:
                 finger = round(np.sign(hand[:, 0] @ normal))
                 point = spot + _off(normal, hand, finger)
@@ -413,6 +421,16 @@ def _spots(
                 if cell not in found or found[cell][0] > cost:
                     found[cell] = cost, spot, normal, inward
     return sorted(found.values(), key=lambda item: item[0])[:SPOTS]
+
+
+def _flat(hand: Array, normal: Array) -> Array:
+    """A hand whose two fingertips nearly lie on a face, turned until both do: each bears half."""
+    off = math.asin(float(np.clip(hand[:, 0] @ normal, -1.0, 1.0)))
+    if off == 0.0 or abs(off) > NEARLY:
+        return hand
+    axis = np.cross(normal, hand[:, 0])
+    turn = about(axis / np.linalg.norm(axis), off)
+    return np.asarray(matrix(turn)) @ hand
 
 
 def _off(normal: Array, hand: Array, finger: int = 0) -> Array:

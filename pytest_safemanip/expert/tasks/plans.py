@@ -12,8 +12,9 @@ from pytest_safemanip.expert.tasks.calls import Call
 from pytest_safemanip.expert.tasks.search import Search
 from pytest_safemanip.expert.tasks.skills import SKILLS, parse
 from pytest_safemanip.expert.world.things import Thing
-from pytest_safemanip.spec import yamlfile
 from pytest_safemanip.spec.yamlfile import Section, Texts
+from pytest_safemanip.spec.yamlfile import load as load_yaml
+from pytest_safemanip.spec.yamlfile import parse as parse_yaml
 
 Errands = Mapping[str, tuple[Call, ...]]
 """Skills by the role of the object that they begin with; what stands nearest comes first."""
@@ -28,7 +29,7 @@ def load(path: Path) -> dict[str, tuple[Entry, ...]]:
     Raises:
         ConfigError: if it cannot be read, or says something that is no plan.
     """
-    return _plans(yamlfile.load(path))
+    return _plans(load_yaml(path))
 
 
 def read(text: str, path: Path = Path("plans.yaml")) -> dict[str, tuple[Entry, ...]]:
@@ -37,7 +38,7 @@ def read(text: str, path: Path = Path("plans.yaml")) -> dict[str, tuple[Entry, .
     Raises:
         ConfigError: if it is not YAML, or says something that is no plan.
     """
-    return _plans(yamlfile.parse(text.encode(), path))
+    return _plans(parse_yaml(text.encode(), path))
 
 
 def _plans(section: Section) -> dict[str, tuple[Entry, ...]]:

@@ -21,7 +21,7 @@ from pytest_safemanip.trace.steps import Step
 
 LIMB = 3.0
 """Force on any part of the robot but its hand that is a knock, N."""
-HAND = 60.0
+HAND = 72.0
 """Force of the hand on anything that is one, N."""
 STRAY = 1.5
 """Force of the hand on what it has no reason to touch, N."""

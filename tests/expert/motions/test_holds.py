@@ -4,6 +4,7 @@ import dataclasses
 import functools
 import math
 
+import numpy as np
 import pytest
 
 from pytest_safemanip.expert.motions.holds import holds, motion
@@ -38,6 +39,19 @@ def test_fingers_push_a_face_the_way_the_part_is_to_go(joint, goal, wider):
     for hold in pushed:
         moved, _ = motion(joint, hold.contact, math.copysign(1.0, goal - 0.5))
         assert hold.normal @ moved < -0.5
+
+
+@JOINTS
+@pytest.mark.parametrize("wider", [False, True], ids=["usual", "wider"])
+def test_both_fingertips_push_where_the_base_stands_a_little_askew(joint, wider):
+    turn = math.radians(3.0) / 2.0
+    base = np.array(toy.at_rest().base_pose)
+    base[3:] = math.cos(turn), 0.0, 0.0, math.sin(turn)
+    arm = Arm(toy.SCENE, dataclasses.replace(toy.at_rest(), base_pose=base))
+    pushed = [hold for hold in holds(arm, joint, (), 0.5, 1.0, wider=wider) if not hold.pinched]
+    off = np.array([abs(hold.normal @ hold.hand[:, 0]) for hold in pushed if not hold.finger])
+    assert (off < 1e-6).any()
+    assert not ((off > 1e-6) & (off < math.sin(math.radians(6.0)))).any()
 
 
 @pytest.mark.parametrize("joint", [DOOR, LEVER, SHORT], ids=["door", "lever", "short lever"])

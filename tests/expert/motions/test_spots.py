@@ -50,6 +50,17 @@ def test_what_goes_into_a_vessel_stands_on_its_floor(arm):
     assert best(spots).point[2] == pytest.approx(mug.bottom, abs=0.01)
 
 
+@pytest.mark.parametrize("handle", [0.0, 0.1, -0.1], ids=["none", "behind", "before"])
+def test_into_a_vessel_is_within_its_walls_whatever_handle_it_has(handle):
+    half = 0.1 + abs(handle), 0.1, 0.05
+    pan = dataclasses.replace(SCENE.bodies[0], half=half, centre=(handle, 0.0, 0.0))
+    arm = Arm(dataclasses.replace(SCENE, bodies=(pan, SCENE.bodies[1])), toy.at_rest())
+    vessel, apple = Thing(arm, "obj"), Thing(arm, "apple")
+    spots = into_thing(arm, apple, vessel)
+    offs = [np.linalg.norm((spot.point - vessel.middle)[:2]) for spot in spots]
+    assert 0.0 < max(offs) <= 0.1 - apple.sides()[1][1] / 2.0
+
+
 def test_what_is_high_may_be_hollow_and_what_is_flat_is_not(arm):
     assert {spot.hollow for spot in on(arm, "apple", "obj")} == {"mug", ""}
     flat = dataclasses.replace(SCENE.bodies[0], half=(0.1, 0.1, 0.01))
