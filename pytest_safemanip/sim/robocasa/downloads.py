@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path, PurePosixPath
+from xml.etree import ElementTree
 
 COMMAND = "python -m robocasa.scripts.download_kitchen_assets"
 SIZE = "10 GB"
@@ -18,12 +18,10 @@ ARCHIVES = {
 }
 """Value of ``--type`` for the archive with the files below a folder of the assets."""
 
-_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
-_FILE = re.compile(r"""\bfile\s*=\s*["']([^"']+)["']""")
-
 
 def fault_of(model: Path) -> str | None:
-    """What is wrong with an unpacked model: a file that it names is not there, or it is cut off.
+    """What is wrong with an unpacked model: a file that it names is not there, or it is cut off
+    or no XML.
 
     Only files below the model's folder are looked for: RoboCasa puts others in the place of those
     that lie elsewhere, among them paths of the machine on which its models were made.
@@ -31,10 +29,14 @@ def fault_of(model: Path) -> str | None:
     Args:
         model: an XML file.
     """
-    text = model.read_text(encoding="utf-8", errors="replace")
-    if "</mujoco>" not in text:
+    content = model.read_bytes()
+    if b"</mujoco>" not in content:
         return "is cut off"
-    for name in dict.fromkeys(_FILE.findall(_COMMENT.sub("", text))):
+    try:
+        elements = ElementTree.fromstring(content).iter()  # noqa: S314 -- as robosuite reads it
+    except ElementTree.ParseError as error:
+        return f"is no XML: {error}"
+    for name in dict.fromkeys(filter(None, (element.get("file") for element in elements))):
         path = PurePosixPath(name)
         if not path.is_absolute() and ".." not in path.parts and not (model.parent / name).exists():
             return f"needs {name}, which is not there"

@@ -302,6 +302,7 @@ def test_a_model_without_its_meshes_is_named_with_what_completes_it(
         ('<mujoco><texture file="../../textures/pear.png"/></mujoco>', None),
         ('<mujoco><texture file="/home/me/textures/pear.png"/></mujoco>', None),
         ('<mujoco><mesh file="visual/app', "is cut off"),
+        ("<mujoco>\n<geom size=.1/></mujoco>", "is no XML: not well-formed .*: line 2"),
     ],
 )
 def test_a_model_needs_the_files_below_its_folder(
