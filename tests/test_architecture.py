@@ -36,7 +36,7 @@ ROOMS: Mapping[str, str] = {
     "metrics": "cost.py decoding errors.py markup.py search spec trace",
     "lerobot": "errors.py sim trace",
     "importers": "decoding errors.py lerobot provenance.py resources.py rollouts sim spec trace",
-    "expert": "errors.py policies sim trace",
+    "expert": "errors.py policies sim spec trace",
     "faults": "errors.py expert provenance.py sim trace",
     "fuzz": "errors.py ltlf propositions resources.py spec trace",
     "run": "errors.py fuzz judge.py live ltlf metrics policies propositions provenance.py "

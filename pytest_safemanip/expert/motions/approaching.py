@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -39,6 +40,7 @@ ARRIVES = 0.01
 BARELY = 0.008
 """Room around links that is enough, by their own shapes, m: so far an arm is from where it is
 foreseen while its base drives."""
+HAND = ("finger", "palm")
 SLIPS = 0.03
 """How far what is between the fingers moves that is about to be lost, m: it may turn there."""
 
@@ -81,6 +83,21 @@ def links_pass(arm: Arm, reach: Reach) -> bool:
     permits = [(own, "") for own in ("finger", "palm", "base", *held(arm))]
     raised = reach.torso - arm.torso
     return foresee(arm, legs, permits, margin=BARELY, raised=raised, begins=2).touch is None
+
+
+def hand_passes(arm: Arm, reach: Reach, vessels: Sequence[str]) -> bool:
+    """Whether the hand, its fingers open as there, meets none of some vessels on its straight way
+    to a goal in them, by the simulator: the walls that it was planned with are upright.
+    """
+    if not vessels:
+        return True
+    pose, raised = reach.pose, reach.torso - arm.torso
+    entry = Leg(pose.point + reach.entry, pose.hand, ARRIVES)
+    legs = [Leg(reach.base), entry, Leg(pose.point, pose.hand, ARRIVES, touches=True)]
+    others = [(part, entity) for part in HAND for entity in {*arm.scene.entity} - {*vessels}]
+    permits = [*others, ("link", ""), ("base", "")]
+    foreseen = foresee(arm, legs, permits, pose.opening, 0.0, raised, begins=len(legs) - 1)
+    return foreseen.touch is None
 
 
 def turned_over(arm: Arm, reach: Reach) -> Reach:

@@ -204,7 +204,7 @@ def ways_to_grasp(
     without = [thing.entity, *along, *(vessel.entity for vessel in around)]
     extra = [box for vessel in around for box in walls(vessel)]
     room = Room.around(arm, [thing.centre], without, extra)
-    reaching = Reaching(arm, room, Ways(), clearance)
+    reaching = Reaching(arm, room, Ways(), clearance, [vessel.entity for vessel in around])
     parts = handholds(thing, part)
     found = [
         pose

@@ -18,7 +18,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.expert.motions.approaching import links_pass
+from pytest_safemanip.expert.motions.approaching import hand_passes, links_pass
 from pytest_safemanip.expert.motions.poses import Pose, Reach, Steps, Way, Ways
 from pytest_safemanip.expert.motions.turning import facing
 from pytest_safemanip.expert.robot.arm import Arm
@@ -127,12 +127,19 @@ class Reaching:
         ways: how the hand may come and leave.
         clearance: least one of the arm's links, m; where the hand is squeezed in, the first way
             on which it has any room is taken, for a roomier one may lead the arm into something.
+        vessels: that the hand goes into, which it must not touch.
     """
 
     def __init__(
-        self, arm: Arm, room: Room, ways: Ways, clearance: float = LINK_CLEARANCES[0]
+        self,
+        arm: Arm,
+        room: Room,
+        ways: Ways,
+        clearance: float = LINK_CLEARANCES[0],
+        vessels: Sequence[str] = (),
     ) -> None:
         self._arm, self._room, self._ways, self._clearance = arm, room, ways, clearance
+        self._vessels = vessels
         squeezed = clearance <= SQUEEZED
         self._grazes, self._enough = (GRAZES, TIGHT) if squeezed else (0.0, ON_WAY)
         self._frame = arm.frame
@@ -170,6 +177,9 @@ class Reaching:
                 seen.update(FAILED * _respects(pose) if id(pose) not in reached else ())
             for plain, reaches in found:
                 pose = reaches[0].pose
+                if not hand_passes(self._arm, min(reaches, key=_cost), self._vessels):
+                    seen.update(FAILED * _respects(pose))
+                    continue
                 suited = len(kinds) < most and suits(pose)
                 passing = self._passing(reaches) if suited else []
                 suited = bool(passing)
@@ -185,7 +195,7 @@ class Reaching:
 
     def _passing(self, reaches: Sequence[Reach]) -> Sequence[Reach]:
         """Those ways to a pose, of the cheapest, on which the arm's links touch nothing."""
-        likely = sorted(reaches, key=lambda reach: reach.cost)[:ASKED]
+        likely = sorted(reaches, key=_cost)[:ASKED]
         return [reach for reach in likely if links_pass(self._arm, reach)]
 
     def _reaches(self, poses: Sequence[Pose]) -> list[tuple[bool, list[Reach]]]:
@@ -432,6 +442,10 @@ class Reaching:
         if place not in self._rears:
             self._rears[place] = rearmost(self._arm, place, place, self._past)
         return self._rears[place]
+
+
+def _cost(reach: Reach) -> float:
+    return reach.cost
 
 
 def _respects(pose: Pose) -> list[Hashable]:
