@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -40,7 +41,8 @@ ARRIVES = 0.01
 BARELY = 0.008
 """Room around links that is enough, by their own shapes, m: so far an arm is from where it is
 foreseen while its base drives."""
-HAND = ("finger", "palm")
+HAND_PARTS = ("finger", "palm")
+"""How the names of the hand's parts begin."""
 SLIPS = 0.03
 """How far what is between the fingers moves that is about to be lost, m: it may turn there."""
 
@@ -94,8 +96,8 @@ def hand_passes(arm: Arm, reach: Reach, vessels: Sequence[str]) -> bool:
     pose, raised = reach.pose, reach.torso - arm.torso
     entry = Leg(pose.point + reach.entry, pose.hand, ARRIVES)
     legs = [Leg(reach.base), entry, Leg(pose.point, pose.hand, ARRIVES, touches=True)]
-    others = [(part, entity) for part in HAND for entity in {*arm.scene.entity} - {*vessels}]
-    permits = [*others, ("link", ""), ("base", "")]
+    others = [entity for entity in arm.scene.entity if entity not in vessels]
+    permits = [("link", ""), ("base", ""), *itertools.product(HAND_PARTS, others)]
     foreseen = foresee(arm, legs, permits, pose.opening, 0.0, raised, begins=len(legs) - 1)
     return foreseen.touch is None
 
