@@ -355,21 +355,17 @@ def _pushed(
     for cost, spot, normal, _ in _spots(joint, part, way, False, wider):
         for hand, twisted in turned:
             if hand[:, 2] @ normal < ALONG:
-                flat = _flat(hand, normal)
-                yield Hold(spot + _off(normal, flat), flat, 0.0, cost + twisted, spot, normal)
+                yield _closed(hand, spot, normal, cost + twisted)
     for cost, spot, normal, inward in _spots(joint, part, way, True, wider):
         for hand, twisted in (*hands, *rotated) if wider else ():
             if hand[:, 2] @ inward >= OVER and abs(hand[:, 2] @ normal) < ALONG:
-                flat, full = _flat(hand, normal), cost + HOOKED + twisted
-                tip = spot - TIP * flat[:, 2]
-                yield Hold(tip + _off(normal, flat), flat, 0.0, full, tip, normal)
+                yield _closed(hand, spot, normal, cost + HOOKED + twisted, TIP)
         for hand, twisted in turned:
             if hand[:, 2] @ inward < OVER:
                 continue
             full = cost + HOOKED + twisted
             if ALONG < hand[:, 2] @ normal < OVER_EDGE:
-                flat = _flat(hand, normal)
-                yield Hold(spot + _off(normal, flat), flat, 0.0, full, spot, normal)
+                yield _closed(hand, spot, normal, full)
             if abs(hand[:, 0] @ normal) > INSIDE:
                 finger = round(np.sign(hand[:, 0] @ normal))
                 point = spot + _off(normal, hand, finger)
@@ -421,6 +417,13 @@ def _spots(
                 if cell not in found or found[cell][0] > cost:
                     found[cell] = cost, spot, normal, inward
     return sorted(found.values(), key=lambda item: item[0])[:SPOTS]
+
+
+def _closed(hand: Array, spot: Array, normal: Array, cost: float, back: float = 0.0) -> Hold:
+    """Closed fingers on a place on a face (3,), so far back from it along their approach, m."""
+    flat = _flat(hand, normal)
+    at = spot - back * flat[:, 2]
+    return Hold(at + _off(normal, flat), flat, 0.0, cost, at, normal)
 
 
 def _flat(hand: Array, normal: Array) -> Array:

@@ -469,7 +469,7 @@ def _varied(found: Iterable[Reach], most: int) -> list[Reach]:
     """The cheapest, those first that are like none before them."""
     ranks: dict[Hashable, int] = {}
     ordered = []
-    for reach in sorted(found, key=lambda reach: reach.cost):
+    for reach in sorted(found, key=_cost):
         alike = [ranks.get(key, 0) for key in (reach.pose.kind, reach.pose.family)]
         for key in (reach.pose.kind, reach.pose.family):
             ranks[key] = ranks.get(key, 0) + 1
