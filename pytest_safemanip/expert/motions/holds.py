@@ -107,6 +107,7 @@ class Hold:
         contact: the point of the part that the hand goes with (3,).
         normal: of the face that fingers push (3,); zeros where they pinch.
         finger: which one pushes: 1 or -1 along the fingers' travel, 0 if both do, closed.
+        until: share of the way on which nothing is in the way of arm and hand.
     """
 
     point: Array
@@ -116,6 +117,7 @@ class Hold:
     contact: Array
     normal: Array
     finger: int = 0
+    until: float = 1.0
 
     @property
     def pinched(self) -> bool:

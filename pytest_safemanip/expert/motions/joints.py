@@ -135,6 +135,8 @@ def move_joint(
             if number == 1:
                 raise
             raise SkillFailed(f"{joint.key} stopped at {before:.0%}, {error}") from error
+        # Where arm or hand would meet something on the way, another hold does the rest.
+        next_ = before + hold.until * (next_ - before)
         # A later hold only has the rest to do, and goes as far as it comes.
         turns = number == 1 and _twists(joint, hold)
         if turns and not turns_along(arm, hold, joint, next_ - before):
@@ -145,7 +147,7 @@ def move_joint(
             joint,
             hold,
             # What is pushed does not come to rest in between.
-            next_ if hold.pinched else goal,
+            next_ if hold.pinched or hold.until < 1.0 else goal,
             partial(passed, next_),
         )
         by = fixture.openness(joint) - before

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from pytest_safemanip.expert.robot.kinematics import (
 )
 from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
 from pytest_safemanip.expert.world.candidates import Candidates
+from pytest_safemanip.expert.world.contacts import loads
 from pytest_safemanip.expert.world.room import Room
 from pytest_safemanip.expert.world.standing import nearest, rearmost
 from pytest_safemanip.expert.world.ways import Leg, foresee
@@ -48,6 +50,8 @@ the base stands, and of each m that the base has to drive meanwhile."""
 SHARES, UNREACHED = (1.0 / 3.0, 2.0 / 3.0, 1.0), 1.0
 """Of the way on which the hand goes along: where it is looked at, and the cost of a hold with which
 the arm comes to the end of a joint there."""
+STOPS = 6
+"""Places on that way that the simulator is asked about in turn."""
 TIRED = 0.85
 """Share of its range up to which a joint goes easily."""
 MEETS, ROUGHLY = 60.0, 0.01
@@ -162,7 +166,8 @@ class Takes:
         self._all = Candidates(total.ravel(), table, own.shape[1], drives.ravel(), self._hard)
 
     def free(self, number: int, joint: Joint) -> tuple[Hold, Sequence[Leg]]:
-        """The number-th of those whose way is free, and that way.
+        """The number-th of those whose way is free, and that way; how far it may be moved then is
+        in the hold.
 
         Raises:
             SkillFailed: if there are no so many.
@@ -170,8 +175,12 @@ class Takes:
         names = sorted({part.name for part in self._arm.scene.parts if part.joint == joint.key})
         permits = [("finger", f"{joint.entity}/{name}") for name in names]
         goal = f"the {names[0] if names else 'part'} of {joint.entity}"
-        chosen = self._all.free(number, self._arm, self._way, permits, goal)
-        return self._holds[self._index(chosen)[0]], self._way(chosen)[0]
+        then = None if joint.kind == "hinge" and not swings(joint) else self._going_along
+        chosen = self._all.free(number, self._arm, self._way, permits, goal, then)
+        hold, stops = self._holds[self._index(chosen)[0]], then(chosen) if then else None
+        # The hand does not stop at once; what is no use at all is as good as any.
+        until = (stops - 0.5) / STOPS if stops else 1.0
+        return replace(hold, until=until), self._way(chosen)[0]
 
     def _reaches(self, points: Array, hands: Array) -> Array:
         """How far from holds the base is to stand (N, R), m: nearer if they are high or low."""
@@ -224,6 +233,32 @@ class Takes:
         drawn = [Leg(arm.floor_point(back, side)) for side in (arm.aside(arm.base), aside)]
         posed = Leg(before - arm.onward(ahead - back), hand, 0.03)
         return [*drawn, posed, stand, *legs], hold.opening
+
+    def _going_along(self, number: int) -> int | None:
+        """To how many stops the hand may go along with the part; None if nothing is in the way, nor
+        where it draws back then: nothing but the part itself, and what goes with it.
+        """
+        which, place, _ = self._index(number)
+        arm, hold, joint = self._arm, self._holds[which], self._joint
+        (coming, opening), along = self._way(number), list[Leg]()
+        for share in np.linspace(0.0, 1.0, STOPS + 1)[1:].tolist():
+            then = hold.moved(joint, share * self._by, float(hold.pinched))
+            base = self._base(which, place, share, then)
+            along += [Leg(base, touches=True), Leg(then.point, then.hand, 0.02)]
+        along.append(Leg(then.point + LETS_GO * then.back(joint, self._by), then.hand, 0.02))
+        moved = (part for part in arm.scene.parts if part.joint == joint.key)
+        own = {f"{part.entity}/{part.name}" for part in moved} | loads(arm, joint)
+        permits = [("", name) for name in sorted(own)]
+        legs = [*(replace(leg, touches=False) for leg in coming), *along]
+        answer = foresee(arm, legs, permits, opening, 0.0, begins=len(coming))
+        return (answer.waypoint - len(coming)) // 2 if answer.touch else None
+
+    def _base(self, which: int, place: int, share: float, then: Hold) -> Array:
+        """Where the base stands on the floor after a share of the way, with the hand there (2,)."""
+        arm, (ahead, aside) = self._arm, self._at[which, place] + share * self._slides[:2]
+        wrist = (then.point - WRIST * then.hand[:, 2]) @ arm.frame - (ahead, aside, arm.torso)
+        more = self._eased(wrist[None])[0]
+        return arm.floor_point(min(ahead + more[0], self._farthest[which, place]), aside + more[1])
 
     def _fold(self) -> Sequence[Leg]:
         """The way on which the arm folds."""

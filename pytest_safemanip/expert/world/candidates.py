@@ -13,6 +13,9 @@ from pytest_safemanip.expert.world.ways import Leg, Permits, foresee
 
 LOOKS = 50
 """Ways that the simulator is asked about for one choice at most."""
+DOUBTS = 6
+"""Candidates from which it is not free to the end, after so many of which no other is looked for.
+"""
 OPTIONS = 12
 """Of a choice between free ways."""
 AT_ONCE = 150
@@ -47,6 +50,7 @@ class Candidates:
         self._drives, self._refine = drives, refine
         self._known: set[int] = set()
         self._free: list[int] = []
+        self._doubtful: dict[int, int] = {}
         self._looks, self._far, self._reason = 0, -1, "there is none"
 
     def free(
@@ -56,6 +60,7 @@ class Candidates:
         way: Callable[[int], tuple[Sequence[Leg], float]],
         permits: Permits,
         goal: str,
+        then: Callable[[int], int | None] | None = None,
     ) -> int:
         """The candidate to which the number-th free way leads.
 
@@ -65,13 +70,21 @@ class Candidates:
             way: to a candidate, and the opening of the fingers on it.
             permits: touches that do not count.
             goal: where it leads, for the error.
+            then: how far on it is free from a candidate where it is not free to the end: those from
+                which it is come first, then those from which it is farthest.
 
         Raises:
             SkillFailed: if there are no so many.
             NoWay: if there is none; says what is in the way that comes farthest.
         """
         while len(self._free) <= number:
-            best = self._best() if self._looks < LOOKS else None
+            goes_on = self._looks < LOOKS and len(self._doubtful) < DOUBTS
+            best = self._best() if goes_on else None
+            if best is None and self._doubtful:
+                farthest = max(self._doubtful, key=self._doubtful.__getitem__)
+                self._free.append(farthest)
+                del self._doubtful[farthest]
+                continue
             if best is None:
                 if self._free:
                     raise SkillFailed(f"the ways to {goal} are all in vain")
@@ -80,15 +93,18 @@ class Candidates:
             legs, opening = way(best)
             answer = foresee(arm, legs, permits, opening)
             last = max((n for n, leg in enumerate(legs) if len(leg.point) == 2), default=-1)
+            ends = then(best) if then and answer.free else None
+            if answer.free and ends is None:
+                self._free.append(best)
+            elif ends is not None:
+                self._doubtful[best] = ends
             apart = self._features - self._features[best]
-            if not answer.free and answer.waypoint > last:
+            if ends is not None or (not answer.free and answer.waypoint > last):
                 apart[:, self._own :] *= THERE
             apart = np.linalg.norm(apart, axis=1)
             self._cost += ALIKE * np.exp(-(apart**2))
             self._cost[best] = np.inf
-            if answer.free:
-                self._free.append(best)
-            elif all(len(leg.point) == 2 for leg in legs[: answer.waypoint + 1]):
+            if all(len(leg.point) == 2 for leg in legs[: answer.waypoint + 1]):
                 self._cost[self._drives == self._drives[best]] = np.inf
             if not answer.free and answer.waypoint > self._far:
                 self._far, self._reason = answer.waypoint, answer.reason
