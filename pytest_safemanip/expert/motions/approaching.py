@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from pytest_safemanip.expert.motions.poses import Reach
+from pytest_safemanip.expert.motions.handholds import outline
+from pytest_safemanip.expert.motions.poses import Pose, Reach
 from pytest_safemanip.expert.motions.travelling import (
     THERE,
     arrives,
@@ -43,6 +44,9 @@ BARELY = 0.008
 foreseen while its base drives."""
 STANDS_OFF = 0.6
 """How far off it stands at most, m, where the arm swings to before it drives in: past an open door.
+"""
+GOES_ON = 2.0
+"""By how much more than it already has what turns in the fingers comes to hang lower, as a factor.
 """
 HAND_PARTS = ("finger", "palm")
 """How the names of the hand's parts begin."""
@@ -155,6 +159,8 @@ def go_before(arm: Arm, reach: Reach, load: Thing | None = None, speed: float = 
     near = EXACTLY if reach.room < CLOSE else THERE
     yield from travel(arm, standing_off, load, near)
     yield from lift_torso(arm, reach.torso)
+    if load is not None and not reach.entry[:2].any():
+        entry = entry + np.array((0.0, 0.0, GOES_ON * _sags(arm, pose, load)))
     # The base may be beside its place, the hand not: it passes close to what stands there.
     yield from swing_to(arm, entry + off, pose.hand, speed)
     yield from drive(arm, reach.base, load, near)
@@ -162,6 +168,15 @@ def go_before(arm: Arm, reach: Reach, load: Thing | None = None, speed: float = 
         entry, pose.hand, tolerance=ARRIVES, turn_tolerance=0.08, speed=0.7 * speed, steps=60
     )
     check_bent(arm)
+
+
+def _sags(arm: Arm, pose: Pose, load: Thing) -> float:
+    """How much lower than planned a load comes to hang when the hand is turned as at a goal, m:
+    what is heavy turns in the fingers on the way.
+    """
+    local = (outline(load) - arm.position) @ arm.rotation
+    lowest = float((local @ pose.hand.T)[:, 2].min())
+    return max(0.0, float(pose.load[:, 2].min() - pose.point[2]) - lowest)
 
 
 def draw_back(arm: Arm, reach: Reach, load: Thing | None = None, least: float = 0.0) -> Motion:
