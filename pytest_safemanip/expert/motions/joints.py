@@ -256,11 +256,10 @@ def _free(
         return None
 
     number = arm.choices.choose(f"{what} of {joint.name}", range(OPTIONS))
-    if joint.kind == "slide" or pinched or joint.gives_access:
-        return free(number)
-    # In turn: what is rarely needed helps where the usual ways only look free.
-    usual = none(False)
-    if usual is None and not number:
+    usual = None if pinched else none(False)
+    # What is rarely needed helps knobs and levers where the usual ways only look free, too.
+    plain = pinched or joint.kind == "slide" or joint.gives_access
+    if usual is None and (plain or not number):
         return free(number)
     rare = none(True)
     sets = [wider for wider, error in ((False, usual), (True, rare)) if error is None]
