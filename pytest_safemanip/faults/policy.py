@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.expert.digest import code_digest, plan_digest
 from pytest_safemanip.expert.policy import Expert
 from pytest_safemanip.expert.tasks.plans import ENTRIES, EXPERT, load, plan_of
@@ -12,6 +13,7 @@ from pytest_safemanip.provenance import source_digest
 from pytest_safemanip.sim.staging import Staging
 
 FILE_ENDINGS = (".yaml", ".yml")
+OTHER_ENDINGS = (".txt", ".json", ".toml", ".py")
 
 
 class Scripted(Expert):
@@ -22,11 +24,15 @@ class Scripted(Expert):
             of plans that go before the shipped ones (``plans.yaml``); empty for the expert.
 
     Raises:
-        ConfigError: if there is no such fault, or the file is no file of plans.
+        ConfigError: if there is no such fault, or the file is no file of plans, or ends otherwise.
     """
 
     def __init__(self, what: str = "") -> None:
         of_file = what.endswith(FILE_ENDINGS)
+        if not of_file and Path(what).suffix in OTHER_ENDINGS:
+            raise ConfigError(
+                f"scripted:{what}: a file of plans ends in {' or '.join(FILE_ENDINGS)}"
+            )
         self._fault = find(what) if what and not of_file else None
         self._own = load(Path(what)) if of_file else {}
         own = {task: plan_of(entries) for task, entries in self._own.items()}

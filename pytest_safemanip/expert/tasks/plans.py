@@ -125,20 +125,22 @@ def plan_of(entries: tuple[Entry, ...]) -> Plan:
 
 def _check_roles(arm: Arm, entries: tuple[Entry, ...]) -> None:
     """Refuse calls with roles that the task does not have. Of roles with ``or`` between them one is
-    enough; what is done with each of several objects is left out where they are missing.
+    enough; so it is of several objects that something is done with, for episodes leave some out.
 
     Raises:
         ConfigError: if there is one.
     """
     roles = arm.scene.roles
-    calls = [entry for entry in entries if isinstance(entry, Call)]
-    for call in calls:
-        if "or" in call.skill.split():
+    for entry in entries:
+        if isinstance(entry, Mapping) and not roles.keys() & entry.keys():
+            named, hint = ", ".join(entry), did_you_mean(next(iter(entry)), roles)
+            raise ConfigError(f"plan: the task has none of the roles {named}; {hint}")
+        if not isinstance(entry, Call) or "or" in entry.skill.split():
             continue
-        for role in call.roles:
+        for role in entry.roles:
             if role not in roles:
                 hint = did_you_mean(role, roles)
-                raise ConfigError(f"plan: {call.text!r}: the task has no role {role!r}; {hint}")
+                raise ConfigError(f"plan: {entry.text!r}: the task has no role {role!r}; {hint}")
 
 
 def ways_on(arm: Arm, entry: Errands | Alternatives) -> list[tuple[Entry, ...]]:

@@ -42,6 +42,7 @@ def test_a_skill_is_its_verb_with_places_and_ways_and_roles_stand_between(text, 
     ("text", "message"),
     [
         ("grap obj", "unknown skill 'grap' in 'grap obj'; did you mean 'grasp'"),
+        ("pick obj", "unknown skill 'pick' in 'pick obj'; did you mean 'grasp'"),
         ("grasp obj by ent", "unknown skill 'grasp by ent' in 'grasp obj by ent'; "),
         ("grasp obj by ent", "did you mean 'grasp by end'"),
         ("grasp obj by", "unknown skill 'grasp by '"),
@@ -85,6 +86,8 @@ def test_a_file_of_plans_goes_before_the_shipped_ones(tmp_path):
     assert mine.fingerprint_in("OpenCabinet") == usual.fingerprint_in("OpenCabinet")
     with pytest.raises(ConfigError, match=r"none\.yaml"):
         Scripted(str(tmp_path / "none.yaml"))
+    with pytest.raises(ConfigError, match=r"mine\.txt: a file of plans ends in \.yaml or \.yml"):
+        Scripted("mine.txt")
 
 
 def test_a_role_that_the_task_has_not_is_refused_before_anything_moves():
@@ -92,6 +95,14 @@ def test_a_role_that_the_task_has_not_is_refused_before_anything_moves():
     scene = dataclasses.replace(toy.SCENE, roles={"obj": "mug", "cab": "cabinet"})
     with pytest.raises(ConfigError, match=r"place obj in cad.*no role 'cad'; did you mean 'cab'"):
         next(plan(Arm(scene, toy.at_rest())))
+
+
+def test_of_several_objects_one_at_least_is_a_role_of_the_task():
+    scene = dataclasses.replace(toy.SCENE, roles={"obj": "mug", "cab": "cabinet"})
+    arm = Arm(scene, toy.at_rest())
+    plan = plan_of(read("mine: [{obk: [grasp obk], obl: [grasp obl]}]")["mine"])
+    with pytest.raises(ConfigError, match=r"none of the roles obk, obl; did you mean 'obj'"):
+        next(plan(arm))
 
 
 def test_the_page_for_contributors_names_all_skills():
