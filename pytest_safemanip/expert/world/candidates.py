@@ -11,8 +11,9 @@ from pytest_safemanip.expert.robot.arm import Arm, NoWay, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.ways import Leg, Permits, foresee
 
-LOOKS = 50
-"""Ways that the simulator is asked about for one choice at most."""
+LOOKS, ENOUGH = 50, 20
+"""Ways that the simulator is asked about for one choice at most, and where there is one to a
+candidate from which it is not free to the end."""
 DOUBTS = 6
 """Candidates from which it is not free to the end, after so many of which no other is looked for.
 """
@@ -78,7 +79,8 @@ class Candidates:
             NoWay: if there is none; says what is in the way that comes farthest.
         """
         while len(self._free) <= number:
-            goes_on = self._looks < LOOKS and len(self._doubtful) < DOUBTS
+            looks = ENOUGH if self._doubtful else LOOKS
+            goes_on = self._looks < looks and len(self._doubtful) < DOUBTS
             best = self._best() if goes_on else None
             if best is None and self._doubtful:
                 farthest = max(self._doubtful, key=self._doubtful.__getitem__)
