@@ -42,9 +42,6 @@ ARRIVES = 0.01
 BARELY = 0.008
 """Room around links that is enough, by their own shapes, m: so far an arm is from where it is
 foreseen while its base drives."""
-STANDS_OFF = 0.6
-"""How far off it stands at most, m, where the arm swings to before it drives in: past an open door.
-"""
 GOES_ON = 2.0
 """By how much more than it already has what turns in the fingers comes to hang lower, as a factor.
 """
@@ -72,19 +69,16 @@ def holding(arm: Arm, motion: Motion, load: Thing) -> Motion:
 
 
 def links_pass(arm: Arm, reach: Reach) -> bool:
-    """Whether the arm's links touch nothing on a way, from where the base stands off at most to
-    where it stands after, by the simulator; asked only where their room is scarce.
+    """Whether the arm's links touch nothing on a way, from where the base stands off to where it
+    stands after, by the simulator; asked only where their room is scarce.
     """
     if reach.room > CLOSE:
         return True
-    pose, go = reach.pose, reach.base + reach.go
-    length = float(np.linalg.norm(reach.come))
-    ahead = reach.come / length if length else -arm.forward
-    off = max(length, STANDS_OFF) * ahead
+    pose, come, go = reach.pose, reach.base + reach.come, reach.base + reach.go
     entry, hand = pose.point + reach.entry, pose.hand
     legs = [
-        Leg(reach.base + off, touches=True),
-        Leg(entry + np.append(off, 0.0), hand, ARRIVES),
+        Leg(come, touches=True),
+        Leg(entry + np.append(reach.come, 0.0), hand, ARRIVES),
         Leg(reach.base),
         Leg(entry, hand, ARRIVES),
         Leg(pose.point, hand, ARRIVES),

@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -45,18 +43,6 @@ def test_where_it_goes_into_no_vessel_nobody_is_asked():
     arm = Arm(toy.SCENE, toy.at_rest(), "", foretold)
     assert hand_passes(arm, reach_of(arm), [])
     assert not foretold.asked
-
-
-@pytest.mark.parametrize("come", [0.2, 0.8], ids=["near", "far"])
-def test_links_are_looked_at_from_where_the_base_stands_off_to_swing_the_arm(come):
-    foretold = Foretold("cab")
-    arm = Arm(toy.SCENE, toy.at_rest(), "", foretold)
-    back = -arm.forward
-    assert not links_pass(arm, dataclasses.replace(reach_of(arm), come=come * back, room=0.0))
-    (path,) = foretold.asked
-    off = path.base[0, :2] - arm.base
-    np.testing.assert_allclose(off, max(come, 0.6) * back, atol=1e-9)
-    assert path.begins == 2
 
 
 def test_where_links_have_room_the_simulator_is_not_asked():
