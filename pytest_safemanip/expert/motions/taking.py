@@ -51,7 +51,7 @@ SHARES, UNREACHED = (1.0 / 3.0, 2.0 / 3.0, 1.0), 1.0
 """Of the way on which the hand goes along: where it is looked at, and the cost of a hold with which
 the arm comes to the end of a joint there."""
 STOPS = 6
-"""Places on that way that the simulator is asked about in turn."""
+"""Equal stretches of that way, whose ends the simulator is asked about in turn."""
 TIRED = 0.85
 """Share of its range up to which a joint goes easily."""
 MEETS, ROUGHLY = 60.0, 0.01
@@ -178,7 +178,7 @@ class Takes:
         then = None if joint.kind == "hinge" and not swings(joint) else self._going_along
         chosen = self._all.free(number, self._arm, self._way, permits, goal, then)
         hold, stops = self._holds[self._index(chosen)[0]], then(chosen) if then else None
-        # The hand does not stop at once; what is no use at all is as good as any.
+        # The hand does not stop at once. Where it would not come to the first stop, it is tried whole.
         until = (stops - 0.5) / STOPS if stops else 1.0
         return replace(hold, until=until), self._way(chosen)[0]
 
