@@ -178,7 +178,7 @@ class Takes:
         then = None if joint.kind == "hinge" and not swings(joint) else self._going_along
         chosen = self._all.free(number, self._arm, self._way, permits, goal, then)
         hold, stops = self._holds[self._index(chosen)[0]], then(chosen) if then else None
-        # The hand does not stop at once. Where it would not come to the first stop, it is tried whole.
+        # The hand does not stop at once; where it would not come to the first stop, it is tried.
         until = (stops - 0.5) / STOPS if stops else 1.0
         return replace(hold, until=until), self._way(chosen)[0]
 
