@@ -43,8 +43,8 @@ BARELY = 0.008
 """Room around links that is enough, by their own shapes, m: so far an arm is from where it is
 foreseen while its base drives."""
 GOES_ON = 2.0
-"""By how much more than it already has what turns in the fingers comes to hang lower, as a factor.
-"""
+"""A load that sags in the fingers is brought in higher by this many times what it sags by then: it
+goes on sagging on the last stretch."""
 HAND_PARTS = ("finger", "palm")
 """How the names of the hand's parts begin."""
 SLIPS = 0.03

@@ -90,6 +90,8 @@ class Takes:
     ) -> None:
         self._arm, self._holds, self._joint = arm, found, joint
         self._first, self._by = first, goal - first
+        self._parts = sorted({part.name for part in arm.scene.parts if part.joint == joint.key})
+        self._loads = loads(arm, joint)
         along = [
             [hold.moved(joint, share * self._by, float(hold.pinched)) for hold in found]
             for share in SHARES
@@ -172,12 +174,11 @@ class Takes:
         Raises:
             SkillFailed: if there are no so many.
         """
-        names = sorted({part.name for part in self._arm.scene.parts if part.joint == joint.key})
-        permits = [("finger", f"{joint.entity}/{name}") for name in names]
-        goal = f"the {names[0] if names else 'part'} of {joint.entity}"
+        permits = [("finger", f"{joint.entity}/{name}") for name in self._parts]
+        goal = f"the {self._parts[0] if self._parts else 'part'} of {joint.entity}"
         then = None if joint.kind == "hinge" and not swings(joint) else self._going_along
         chosen = self._all.free(number, self._arm, self._way, permits, goal, then)
-        hold, stops = self._holds[self._index(chosen)[0]], then(chosen) if then else None
+        hold, stops = self._holds[self._index(chosen)[0]], self._all.ends.get(chosen)
         # The hand does not stop at once; where it would not come to the first stop, it is tried.
         until = (stops - 0.5) / STOPS if stops else 1.0
         return replace(hold, until=until), self._way(chosen)[0]
@@ -243,22 +244,39 @@ class Takes:
         (coming, opening), along = self._way(number), list[Leg]()
         for share in np.linspace(0.0, 1.0, STOPS + 1)[1:].tolist():
             then = hold.moved(joint, share * self._by, float(hold.pinched))
-            base = self._base(which, place, share, then)
-            along += [Leg(base, touches=True), Leg(then.point, then.hand, 0.02)]
+            seen = (then.point @ arm.frame)[None], (arm.frame.T @ then.hand)[None]
+            (base,) = self._bases(np.array([which]), np.array([place]), share, *seen)
+            stand = arm.floor_point(*base[:2])
+            along += [Leg(stand, touches=True), Leg(then.point, then.hand, 0.02)]
         along.append(Leg(then.point + LETS_GO * then.back(joint, self._by), then.hand, 0.02))
-        moved = (part for part in arm.scene.parts if part.joint == joint.key)
-        own = {f"{part.entity}/{part.name}" for part in moved} | loads(arm, joint)
+        own = {f"{joint.entity}/{name}" for name in self._parts} | self._loads
         permits = [("", name) for name in sorted(own)]
         legs = [*(replace(leg, touches=False) for leg in coming), *along]
         answer = foresee(arm, legs, permits, opening, 0.0, begins=len(coming))
         return (answer.waypoint - len(coming)) // 2 if answer.touch else None
 
-    def _base(self, which: int, place: int, share: float, then: Hold) -> Array:
-        """Where the base stands on the floor after a share of the way, with the hand there (2,)."""
-        arm, (ahead, aside) = self._arm, self._at[which, place] + share * self._slides[:2]
-        wrist = (then.point - WRIST * then.hand[:, 2]) @ arm.frame - (ahead, aside, arm.torso)
-        more = self._eased(wrist[None])[0]
-        return arm.floor_point(min(ahead + more[0], self._farthest[which, place]), aside + more[1])
+    def _bases(
+        self,
+        which: NDArray[np.intp],
+        place: NDArray[np.intp],
+        share: float,
+        points: Array,
+        hands: Array,
+    ) -> Array:
+        """Where the base stands for some holds and places (K,) after a share of the way (K, 3), m.
+
+        Args:
+            which: the holds.
+            place: where the base stood before.
+            share: of the way.
+            points: grip points then (K, 3), seen from the base's heading.
+            hands: orientations then (K, 3, 3), likewise.
+        """
+        torso = np.full((len(which), 1), self._arm.torso)
+        bases = np.concatenate((self._at[which, place], torso), axis=1) + share * self._slides
+        bases[:, :2] += self._eased(points - WRIST * hands[:, :, 2] - bases)
+        bases[:, 0] = np.minimum(bases[:, 0], self._farthest[which, place])
+        return np.asarray(bases)
 
     def _fold(self) -> Sequence[Leg]:
         """The way on which the arm folds."""
@@ -292,9 +310,7 @@ class Takes:
             return found
         for share, (grips, hands) in zip(SHARES, self._along, strict=True):
             points, turned = grips[which], hands[which]
-            bases = stands + share * self._slides
-            bases[:, :2] += self._eased(points - WRIST * turned[:, :, 2] - bases)
-            bases[:, 0] = np.minimum(bases[:, 0], self._farthest[which, place])
+            bases = self._bases(which, place, share, points, turned)
             joints, there = solve(points - bases, turned, joints, STRIDE)
             found += MEETS * self._deep(joints, bases, share)
         found += UNREACHED * ~there

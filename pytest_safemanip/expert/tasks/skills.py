@@ -84,8 +84,8 @@ SKILLS: Mapping[str, Skill] = MappingProxyType(
 """Each is called with the arm and its roles, in the order in which a call names them."""
 
 
-CALLED_OTHERWISE = {"pick": "grasp", "put": "place", "push": "slide", "shut": "close"}
-"""Verbs that other people use for those of skills, for the hint in an error."""
+SYNONYMS = {"pick": "grasp", "put": "place", "push": "slide", "shut": "close"}
+"""Of skills' verbs, for the hint in an error."""
 
 
 def parse(text: str) -> Call:
@@ -99,7 +99,7 @@ def parse(text: str) -> Call:
     if skill not in SKILLS:
         same_verb = [known for known in SKILLS if known.partition(" ")[0] == verb]
         verbs = {known.partition(" ")[0] for known in SKILLS}
-        verb = CALLED_OTHERWISE.get(verb, verb)
+        verb = SYNONYMS.get(verb, verb)
         hint = did_you_mean(skill, same_verb) if same_verb else did_you_mean(verb, verbs)
         raise ConfigError(f"unknown skill {skill!r} in {text!r}; {hint}")
     arguments = inspect.signature(SKILLS[skill]).parameters.values()

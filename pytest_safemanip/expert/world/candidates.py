@@ -51,8 +51,9 @@ class Candidates:
         self._drives, self._refine = drives, refine
         self._known: set[int] = set()
         self._free: list[int] = []
-        self._doubtful: dict[int, int] = {}
         self._looks, self._far, self._reason = 0, -1, "there is none"
+        self.ends: dict[int, int] = {}
+        """How far on it is free from candidates from which it is not free to the end."""
 
     def free(
         self,
@@ -79,13 +80,12 @@ class Candidates:
             NoWay: if there is none; says what is in the way that comes farthest.
         """
         while len(self._free) <= number:
-            looks = ENOUGH if self._doubtful else LOOKS
-            goes_on = self._looks < looks and len(self._doubtful) < DOUBTS
+            doubtful = [one for one in self.ends if one not in self._free]
+            looks = ENOUGH if doubtful else LOOKS
+            goes_on = self._looks < looks and len(doubtful) < DOUBTS
             best = self._best() if goes_on else None
-            if best is None and self._doubtful:
-                farthest = max(self._doubtful, key=self._doubtful.__getitem__)
-                self._free.append(farthest)
-                del self._doubtful[farthest]
+            if best is None and doubtful:
+                self._free.append(max(doubtful, key=self.ends.__getitem__))
                 continue
             if best is None:
                 if self._free:
@@ -99,7 +99,7 @@ class Candidates:
             if answer.free and ends is None:
                 self._free.append(best)
             elif ends is not None:
-                self._doubtful[best] = ends
+                self.ends[best] = ends
             apart = self._features - self._features[best]
             if ends is not None or (not answer.free and answer.waypoint > last):
                 apart[:, self._own :] *= THERE
