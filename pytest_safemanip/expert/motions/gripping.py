@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from pytest_safemanip.expert.motions.reaching import (
     SQUEEZED,
     Reaching,
     any_heading,
+    turned_otherwise,
 )
 from pytest_safemanip.expert.motions.travelling import check_bent
 from pytest_safemanip.expert.motions.turning import facing
@@ -101,7 +102,8 @@ def grasp(
     if not part and handholds(thing)[0].name == "rim":
         # It may be a lid, which is higher in its middle.
         part = arm.choices.choose("what is pinched", ("", "knob"), (0, 2))
-    ways = yield from _make_room(arm, thing, part, goal)
+    yield from _make_room(arm, thing, part, goal)
+    ways = turned_otherwise(arm, lambda but: _ways(arm, thing, part, goal, but))
     if not ways:
         raise SkillFailed(f"the hand has no room at {role}")
     reach = turned_over(arm, arm.choices.choose("way to grasp", ways))
@@ -113,26 +115,27 @@ def grasp(
         yield from holding(arm, draw_back(arm, reach, thing), thing)
 
 
-def _make_room(
-    arm: Arm, thing: Thing, part: Part, goal: Goal | None
-) -> Generator[Array, None, list[Reach]]:
-    """Pulls the drawer that a thing lies in, or draws it off the wall, if the hand needs that;
-    returns the ways to grasp it then.
-    """
+def _make_room(arm: Arm, thing: Thing, part: Part, goal: Goal | None) -> Motion:
+    """Pulls the drawer that a thing lies in, or draws it off the wall, if the hand needs that."""
     drawer = drawer_around(arm, thing)
     if drawer is not None and arm.choices.choose("drawer pulled first", (False, True)):
         yield from _pull(arm, drawer)
-    ways = _known_ways(arm, thing, part, goal)
     for _ in range(PULLS):
-        if ways or drawer is None:
+        if drawer is None or _known_ways(arm, thing, part, goal):
             break
         yield from _pull(arm, drawer)
-        ways = _known_ways(arm, thing, part, goal)
-    ways = ways or _known_ways(arm, thing, part, goal, (SQUEEZED,))[:DOUBTFUL]
-    if not ways:
+    if not _ways(arm, thing, part, goal):
         yield from drag(arm, thing)
-        ways = _known_ways(arm, thing, part, goal)
-    return ways
+
+
+def _ways(
+    arm: Arm, thing: Thing, part: Part, goal: Goal | None, but: Sequence[float] = ()
+) -> list[Reach]:
+    """Ways to grasp a thing, those with the base turned in some ways left out; where there is none,
+    doubtful ones.
+    """
+    ways = _known_ways(arm, thing, part, goal, but=but)
+    return ways or _known_ways(arm, thing, part, goal, (SQUEEZED,), but)[:DOUBTFUL]
 
 
 def _known_ways(
@@ -141,13 +144,14 @@ def _known_ways(
     part: Part,
     goal: Goal | None,
     clearances: Sequence[float] = LINK_CLEARANCES,
+    but: Sequence[float] = (),
 ) -> list[Reach]:
     state = arm.step.object_pose.tobytes(), arm.step.base_pose.tobytes()
-    what = f"ways to grasp {thing.entity} {part} {clearances}"
+    what = f"ways to grasp {thing.entity} {part} {clearances} {but}"
 
     def find() -> list[Reach]:
         ways = any_heading(
-            arm, lambda clearance: ways_to_grasp(arm, thing, part, goal, clearance), clearances
+            arm, lambda clearance: ways_to_grasp(arm, thing, part, goal, clearance), clearances, but
         )
         # Its box does not show which of its ends is slim enough to be pinched.
         return _closing(arm, thing, ways) if part == "end" else ways

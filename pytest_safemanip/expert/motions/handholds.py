@@ -77,6 +77,8 @@ RIM, RIM_LONG, RIM_DEEP, WALLS = 0.012, 0.04, 0.04, 0.9
 what share of the way from the vessel's middle is before it."""
 HOLLOW = 0.035
 """What is higher may be hollow, m."""
+BY_RIM = 0.6
+"""What speaks against pinching the wall of what has a handle."""
 BOW = 0.020
 """Thickness of a kettle's bow, m."""
 KNOB, KNOB_WIDE = 0.5, 0.040
@@ -93,6 +95,7 @@ class Handhold:
         around: whether it may be turned about the vertical as one likes: it is round.
         places: where along its longer side it may be pinched, m from its middle, the best first.
         name: of what it is a part.
+        cost: what speaks against it.
     """
 
     middle: Array
@@ -100,6 +103,7 @@ class Handhold:
     around: bool = False
     places: tuple[float, ...] = (0.0,)
     name: str = "body"
+    cost: float = 0.0
 
     @property
     def top(self) -> float:
@@ -228,10 +232,12 @@ def outline(thing: Thing) -> Array:
 
 
 def rims(thing: Thing) -> list[Handhold]:
-    """The walls of a vessel, upright, in the middle of its four sides."""
-    found = []
-    for axis, width in thing.sides():
+    """The walls of a vessel, upright, in the middle of its four sides, but where its handle is."""
+    found, way = [], handle_way(thing)
+    for axis, width in thing.sides() if way is None else thing.sides_about_middle():
         for out in (axis, -axis):
+            if way is not None and out @ way > OFF_HANDLE:
+                continue
             at = np.append(thing.middle[:2], thing.highest - RIM_DEEP / 2.0)
             axes = np.stack((out * RIM, np.cross(UP, out) * RIM_LONG, UP * RIM_DEEP), axis=1) / 2.0
             middle = at + (width - RIM) / 2.0 * out
@@ -268,11 +274,12 @@ def handholds(thing: Thing, part: Part = "") -> list[Handhold]:
     fits = 2.0 * np.linalg.norm(whole.axes, axis=0) < GAP
     if fits[:2].any():
         return [whole]
-    if handle_way(thing) is None:
-        if thing.height < HOLLOW:
-            raise SkillFailed(f"{thing.entity} is too wide for the gripper")
-        return rims(thing)
-    return [handle(thing)]
+    walls = rims(thing) if thing.height >= HOLLOW else []
+    if handle_way(thing) is not None:
+        return [handle(thing), *(replace(wall, cost=BY_RIM) for wall in walls)]
+    if not walls:
+        raise SkillFailed(f"{thing.entity} is too wide for the gripper")
+    return walls
 
 
 def grasp_poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterator[Pose]:
@@ -303,9 +310,8 @@ def grasp_poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterato
                     if off >= HOLDS:
                         continue
                     level = abs(float((point - at) @ np.cross(line, UP)))
-                    cost = (
-                        odd + rare + _odd(tilt, float(hand[:2, 2] @ arm.forward)) + 0.02 * abs(lean)
-                    )
+                    cost = hold.cost + odd + rare + 0.02 * abs(lean)
+                    cost += _odd(tilt, float(hand[:2, 2] @ arm.forward))
                     cost += 5.0 * abs(place) + 8.0 * max(0.0, level - 0.003)
                     cost += 0.3 * (width / GAP) ** 2 + (2.0 if round_there else 0.3) * off**2
                     family = hold.name, number, tilt, lean, np.sign(shift)

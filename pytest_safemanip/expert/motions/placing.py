@@ -31,6 +31,7 @@ from pytest_safemanip.expert.motions.reaching import (
     PATIENCE,
     Reaching,
     any_heading,
+    turned_otherwise,
 )
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.base import LASTING
@@ -196,15 +197,22 @@ def bring(arm: Arm, thing: Thing, spots: Spots, attitudes: Attitudes = standing)
         SkillFailed: if there is no way to any, or if it slips in the fingers.
     """
     state = arm.step.object_pose.tobytes(), arm.step.base_pose.tobytes()
-    ways = arm.latest(
-        f"ways to bring {thing.entity}",
-        state,
-        lambda: any_heading(
-            arm,
-            lambda clearance: Placing(arm, thing, spots(), attitudes, clearance).ways(held(arm)),
-        ),
-        LASTING,
-    )
+
+    def find(but: Sequence[float]) -> list[Reach]:
+        return arm.latest(
+            f"ways to bring {thing.entity} {but}",
+            state,
+            lambda: any_heading(
+                arm,
+                lambda clearance: Placing(arm, thing, spots(), attitudes, clearance).ways(
+                    held(arm)
+                ),
+                but=but,
+            ),
+            LASTING,
+        )
+
+    ways = turned_otherwise(arm, find)
     if not ways:
         raise NoWay(f"there is no way to where {thing.entity} is to go")
     reach = arm.choices.choose("way to bring it", ways)

@@ -12,7 +12,7 @@ import collections
 import heapq
 import itertools
 import math
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -64,6 +64,8 @@ BESIDE_WRIST = (0.0, 0.1, -0.1, 0.2, -0.2, 0.3, -0.3, 0.45, -0.45, 0.6, -0.6)
 """How far to the left of the wrist the base stands, m."""
 RAISED, HIGH = (0.0, 0.1, 0.2, 0.3), 1.2
 """How far the torso is raised, m, and from which height of the hand on it is."""
+OTHERWISE = 0, 2
+"""Prices of turning the base as usual and otherwise."""
 LONGEST = 0.85
 """From the base to what the arm reaches, m: what is still nearer is behind it."""
 HEADINGS = (0.0, 180.0, 90.0, -90.0)
@@ -102,6 +104,7 @@ def any_heading(
     arm: Arm,
     find: Callable[[float], list[Reach]],
     clearances: Sequence[float] = LINK_CLEARANCES,
+    but: Collection[float] = (),
 ) -> list[Reach]:
     """The ways that are found with the base turned as it is, or else turned otherwise.
 
@@ -109,13 +112,29 @@ def any_heading(
         arm: the arm.
         find: finds them, given the least clearance of the arm's links, m.
         clearances: that it is given, one after the other.
+        but: turns of the base that are left out, degrees.
     """
-    for clearance, turn in itertools.product(clearances, HEADINGS):
+    headings = [turn for turn in HEADINGS if turn not in but]
+    for clearance, turn in itertools.product(clearances, headings):
         with facing(arm, turn):
             found = find(clearance)
         if found:
             return [replace(reach, turn=turn) for reach in found]
     return []
+
+
+def turned_otherwise(arm: Arm, find: Callable[[Sequence[float]], list[Reach]]) -> list[Reach]:
+    """Ways that are found, or, if that is chosen, those with the base turned otherwise than on
+    them: where it should stand may be where it does not get.
+
+    Args:
+        arm: the arm.
+        find: finds them, given the turns of the base that are left out, degrees.
+    """
+    ways = find(())
+    if ways and arm.choices.choose("base turned otherwise", (False, True), OTHERWISE):
+        return find((ways[0].turn,))
+    return ways
 
 
 class Reaching:

@@ -36,6 +36,8 @@ TURNS_ABOUT = 0.20
 """How far behind its origin the base has its middle, about which it turns, m."""
 CORNER, QUARTER = 0.4, 1.2
 """Length of way that a corner, at which the base stops, and a quarter turn count as, m."""
+BETWEEN = (15.0, 30.0, 45.0, 60.0, 75.0)
+"""Headings at which there has to be room on a quarter turn, degrees: an arm's breadth apart."""
 DETOUR = 2.0
 """Turns of the base are considered where the shortest route without any exceeds the distance to the
 goal by more, m."""
@@ -64,12 +66,12 @@ def route(arm: Arm, thing: Thing | None, goal: Array) -> list[tuple[Array, float
     low = here - np.floor((here - low) / CELL) * CELL
     grid = _Grid(arm, thing, low, np.ceil((high - low) / CELL).astype(int) + 1)
     ends = [(0, int(c[0]), int(c[1])) for c in np.rint((np.stack((here, there)) - low) / CELL)]
-    free = grid.free(0)[None]
+    free = grid.free(0.0)[None]
     first, last = (_drawn_back(free[0], end) for end in ends)
     far = CELL * (abs(last[1] - first[1]) + abs(last[2] - first[2]))
     cost, found = _search(free, np.zeros_like(free[0]), first, last)
     if cost > far + DETOUR:
-        free = np.array([grid.free(quarter) for quarter in range(4)])
+        free = np.array([grid.free(90.0 * quarter) for quarter in range(4)])
         cost, found = min((cost, found), _search(free, grid.turns(), first, last))
     if not found:
         raise SkillFailed("there is no way for the base around the furniture")
@@ -134,31 +136,33 @@ class _Grid:
         self._low, self._size = low, size
         self._furniture = solids(arm) @ arm.frame
 
-    def free(self, quarter: int) -> Free:
-        """Cells (I, J) where there is room for the robot, turned so many times to the left."""
+    def free(self, degrees: float) -> Free:
+        """Cells (I, J) where there is room for the robot, turned so far to the left."""
         free = np.ones(self._size, bool)
-        turn = about_z(90.0 * quarter)[:2, :2]
+        turn = about_z(degrees)[:2, :2]
         for bottom, top, box in self._bands:
-            ends = box @ turn.T
-            least, most = ends.min(axis=0), ends.max(axis=0)
+            middle, half = turn @ box.mean(axis=0), np.ptp(box, axis=0) / 2.0
+            reach = np.abs(turn) @ half
             for low, high in self._between(bottom, top):
-                free[self._cells(low - most, high - least)] = False
+                cut = self._cells(low - middle - reach, high - middle + reach)
+                at = (low + high) / 2.0 - middle - self._low
+                x, y = (at[k] - CELL * np.arange(self._size[k])[cut[k]] for k in (0, 1))
+                room = half + np.abs(turn.T) @ ((high - low) / 2.0) + ROUTE_ROOM
+                # Two boxes meet if they do seen along the sides of either.
+                ahead, aside = (np.abs(np.add.outer(a * x, b * y)) for a, b in turn.T)
+                free[cut] &= (ahead > room[0]) | (aside > room[1])
         return free
 
     def turns(self) -> Free:
-        """Cells (I, J) where there is room for the robot to turn."""
-        free = np.ones(self._size, bool)
-        for bottom, top, box in self._bands:
-            radius = float(np.hypot(*np.abs(box).max(axis=0))) + ROUTE_ROOM
-            for low, high in self._between(bottom, top):
-                cut = self._cells(low - radius, high + radius)
-                x, y = (self._low[k] + CELL * np.arange(self._size[k])[cut[k]] for k in (0, 1))
-                off = [
-                    np.maximum(0.0, np.maximum(low[k] - at, at - high[k]))
-                    for k, at in enumerate((x, y))
-                ]
-                free[cut] &= np.hypot(off[0][:, None], off[1]) > radius
-        return free
+        """Cells (Q, I, J) where there is room to turn on to the left by a quarter, turned so many
+        times before.
+        """
+        return np.array(
+            [
+                np.logical_and.reduce([self.free(90.0 * quarter + on) for on in BETWEEN])
+                for quarter in range(4)
+            ]
+        )
 
     def _between(self, bottom: float, top: float) -> list[tuple[Array, Array]]:
         """From where to where furniture is that reaches into a band of heights, each (2,), m."""
@@ -207,7 +211,7 @@ def _search(free: Free, turns: Free, start: Place, goal: Place) -> tuple[float, 
 
     Args:
         free: where there is room for the robot, turned so many times (Q, I, J).
-        turns: where it may turn (I, J).
+        turns: where it may turn on from there to the left (Q, I, J).
         start: the first place, where it is, free or not.
         goal: the last one.
     """
