@@ -43,7 +43,6 @@ from pytest_safemanip.expert.robot.hand import (
     finger_points,
     palm_points,
 )
-from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.contacts import carriers
 from pytest_safemanip.expert.world.room import Room, walls
 from pytest_safemanip.expert.world.things import (

@@ -64,8 +64,8 @@ BESIDE_WRIST = (0.0, 0.1, -0.1, 0.2, -0.2, 0.3, -0.3, 0.45, -0.45, 0.6, -0.6)
 """How far to the left of the wrist the base stands, m."""
 RAISED, HIGH = (0.0, 0.1, 0.2, 0.3), 1.2
 """How far the torso is raised, m, and from which height of the hand on it is."""
-OTHERWISE = 0, 2
-"""Prices of turning the base as usual and otherwise."""
+OTHERWISE = "base turned otherwise"
+"""What may be chosen where something is reached."""
 LONGEST = 0.85
 """From the base to what the arm reaches, m: what is still nearer is behind it."""
 HEADINGS = (0.0, 180.0, 90.0, -90.0)
@@ -132,9 +132,8 @@ def turned_otherwise(arm: Arm, find: Callable[[Sequence[float]], list[Reach]]) -
         find: finds them, given the turns of the base that are left out, degrees.
     """
     ways = find(())
-    if ways and arm.choices.choose("base turned otherwise", (False, True), OTHERWISE):
-        return find((ways[0].turn,))
-    return ways
+    otherwise = bool(ways) and arm.choices.choose(OTHERWISE, (False, True), (0, 2))
+    return find((ways[0].turn,)) if otherwise else ways
 
 
 class Reaching:
