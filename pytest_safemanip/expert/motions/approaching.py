@@ -110,7 +110,7 @@ def turned_over(arm: Arm, reach: Reach) -> Reach:
     """A way to a grasp, or the same with the hand turned over, for its fingers are alike: where the
     arm does not come to the end of a joint.
     """
-    flipped = replace(reach, pose=replace(reach.pose, hand=reach.pose.hand * (-1.0, -1.0, 1.0)))
+    flipped = replace(reach, pose=reach.pose.turned_over())
     shift = np.append(arm.base - reach.base, -reach.torso)
     ways = [
         way

@@ -257,7 +257,7 @@ class _Suited:
         return any(self._asked.values())
 
     def __call__(self, pose: Pose) -> bool:
-        hold = pose.family[self._first : -1], pose.place
+        hold = pose.family[self._first : -1], pose.place, pose.turned
         if hold not in self._asked and len(self._asked) < MOST_ASKED:
             grip = Grip(pose.point, pose.hand, self._opening)
             self._asked[hold] = any(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pytest_safemanip.expert.robot.rotations import Array
 
@@ -25,6 +25,7 @@ class Pose:
         over: how far the load is above what it comes to stand on, m.
         hollow: entity that it goes into; empty if none.
         holding: opening of the fingers on the load, where it is brought.
+        turned: whether the hand is turned over from how its wrist turns the least.
     """
 
     point: Array
@@ -38,6 +39,11 @@ class Pose:
     over: float = 0.0
     hollow: str = ""
     holding: float = 1.0
+    turned: bool = False
+
+    def turned_over(self) -> Pose:
+        """The same with the fingers exchanged, for which the last joint turns by half a turn."""
+        return replace(self, hand=self.hand * (-1.0, -1.0, 1.0), turned=not self.turned)
 
 
 Steps = Sequence[tuple[float, float, float]]

@@ -190,15 +190,19 @@ class Reaching:
         while looked < patience and len(kinds) < most:
             next_ones = list(itertools.islice(turn, size))
             found = self._reaches(next_ones)
-            reached = {id(reaches[0].pose) for _, reaches in found}
+            reached = {id(reaches[0].pose.point) for _, reaches in found}
             for pose in next_ones:
-                seen.update(FAILED * _respects(pose) if id(pose) not in reached else ())
+                seen.update(FAILED * _respects(pose) if id(pose.point) not in reached else ())
             for plain, reaches in found:
                 pose = reaches[0].pose
                 if not hand_passes(self._arm, min(reaches, key=_cost), self._vessels):
                     seen.update(FAILED * _respects(pose))
                     continue
                 suited = len(kinds) < most and suits(pose)
+                if not suited and len(kinds) < most and not self._ways.brings:
+                    turned = self._postures([_turned_over(reaches[0])])
+                    if turned and suits(turned[0].pose):
+                        suited, reaches = True, turned
                 passing = self._passing(reaches) if suited else []
                 suited = bool(passing)
                 (good if suited else bad).extend(passing or reaches)
@@ -223,10 +227,15 @@ class Reaching:
         found, left = list[tuple[bool, list[Reach]]](), list(poses)
         for plain in (True, False):
             ways = [way for pose in left if (way := self._hand_way(pose, plain))]
-            reaches = self._postures(ways) if ways else []
-            for key, alike in itertools.groupby(reaches, key=lambda reach: id(reach.pose)):
+            reaches = self._postures(ways)
+            if not self._ways.brings:
+                reached = {id(reach.pose) for reach in reaches}
+                others = [way for way in ways if id(way.pose) not in reached]
+                reaches += self._postures([_turned_over(way) for way in others])
+            for _, alike in itertools.groupby(reaches, key=lambda reach: id(reach.pose)):
                 found.append((plain, list(alike)))
-                left = [pose for pose in left if id(pose) != key]
+            points = {id(some[0].pose.point) for _, some in found}
+            left = [pose for pose in left if id(pose.point) not in points]
         return found
 
     def _in_turn(self, some: Sequence[Pose], seen: collections.Counter[Hashable]) -> Iterator[Pose]:
@@ -375,6 +384,8 @@ class Reaching:
 
     def _postures(self, ways: Sequence[Way]) -> list[Reach]:
         """The places of the base from which the arm gets to poses that its hand has room at."""
+        if not ways:
+            return []
         rows = [row for number, way in enumerate(ways) for row in self._places(number, way.pose)]
         which = np.array([int(row[0]) for row in rows])
         base = np.array([row[1:] for row in rows])
@@ -460,6 +471,11 @@ class Reaching:
         if place not in self._rears:
             self._rears[place] = rearmost(self._arm, place, place, self._past)
         return self._rears[place]
+
+
+def _turned_over(way: Way) -> Way:
+    """The same with the hand turned over."""
+    return Way(way.pose.turned_over(), way.entry, way.leave, way.come, way.go, way.cost)
 
 
 def _cost(reach: Reach) -> float:
