@@ -193,27 +193,31 @@ class Reaching:
             reached = {id(reaches[0].pose.point) for _, reaches in found}
             for pose in next_ones:
                 seen.update(FAILED * _respects(pose) if id(pose.point) not in reached else ())
-            for plain, reaches in found:
-                pose = reaches[0].pose
-                if not hand_passes(self._arm, min(reaches, key=_cost), self._vessels):
+            for plain, straight in found:
+                pose = straight[0].pose
+                if not hand_passes(self._arm, min(straight, key=_cost), self._vessels):
                     seen.update(FAILED * _respects(pose))
                     continue
-                suited = len(kinds) < most and suits(pose)
-                if not suited and len(kinds) < most and not self._ways.brings:
-                    turned = self._postures([_turned_over(reaches[0])])
-                    if turned and suits(turned[0].pose):
-                        suited, reaches = True, turned
-                passing = self._passing(reaches) if suited else []
-                suited = bool(passing)
-                (good if suited else bad).extend(passing or reaches)
-                seen.update(() if suited else UNFIT * _respects(pose))
+                suited = self._suited(straight, suits) if len(kinds) < most else []
+                passing = self._passing(suited)
+                (good if passing else bad).extend(passing or suited or straight)
+                seen.update(() if passing else UNFIT * _respects(pose))
                 # From below an edge the arm may get caught: that is not enough.
-                kinds |= {pose.kind} if suited and plain else set()
+                kinds |= {pose.kind} if passing and plain else set()
             looked += size
             size = min(2 * size, CHUNKS[1])
             if not found and looked > VAIN:
                 break
         return _varied(good, 2 * most) + _varied(bad, min(UNSUITED, most - len(kinds)))
+
+    def _suited(self, reaches: Sequence[Reach], suits: Callable[[Pose], bool]) -> Sequence[Reach]:
+        """These ways to a pose if it suits, or those to the same with the hand turned over if that
+        does; empty if neither does.
+        """
+        if suits(reaches[0].pose):
+            return reaches
+        turned = [] if self._ways.brings else self._postures([_turned_over(reaches[0])])
+        return turned if turned and suits(turned[0].pose) else []
 
     def _passing(self, reaches: Sequence[Reach]) -> Sequence[Reach]:
         """Those ways to a pose, of the cheapest, on which the arm's links touch nothing."""
