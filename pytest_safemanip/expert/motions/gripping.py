@@ -60,7 +60,7 @@ PULLS, PULLED, PULLED_LEAST = 2, (0.1, 0.18), 0.03
 """How often a drawer is pulled out farther for the hand to have room in it, how far, and how far at
 least, m: its end may be nearer, or beyond where it counts as open.
 """
-GOOD, FEW, MOST_ASKED = 3, 60, 16
+GOOD, FEW, MOST_ASKED = 3, 60, 20
 """Ways to grasp something with which there is a way to put it down that are enough, how many poses
 are looked at for that way, and for how many ways to grasp at most."""
 DOUBTFUL = 8
@@ -207,7 +207,7 @@ def ways_to_grasp(
     without = [thing.entity, *along, *(vessel.entity for vessel in around)]
     extra = [box for vessel in around for box in walls(vessel)]
     room = Room.around(arm, [thing.centre], without, extra)
-    reaching = Reaching(arm, room, Ways(), clearance, [vessel.entity for vessel in around])
+    reaching = Reaching(arm, room, Ways(), clearance, [vessel.entity for vessel in around], True)
     parts = handholds(thing, part)
     found = [
         pose
@@ -223,7 +223,9 @@ def ways_to_grasp(
         placings = []
         for turn in turns:
             with facing(arm, turn):
-                placings.append((turn, Placing(arm, thing, goal(), clearance=clearance)))
+                placings.append(
+                    (turn, Placing(arm, thing, goal(), clearance=clearance, either=True))
+                )
         suited = _Suited(arm, thing, placings, parts[0].around)
         ways = reaching.find(found, GOOD, suited)
         if suited.some or not ways:
@@ -249,25 +251,30 @@ class _Suited:
         self._opening = thing.sides()[0][1] / OPENING
         # What is round is turned about the vertical where it is put, however it is held.
         self._first = 2 if around else 0
-        self._asked: dict[Hashable, bool] = {}
+        self._asked: dict[Hashable, bool | None] = {}
 
     @property
     def some(self) -> bool:
         """Whether any pose did."""
-        return any(self._asked.values())
+        return any(turn is not None for turn in self._asked.values())
 
-    def __call__(self, pose: Pose) -> bool:
-        hold = pose.family[self._first : -1], pose.place, pose.turned
+    def __call__(self, pose: Pose) -> Pose | None:
+        # Where along a handle it is held makes no difference there.
+        place = pose.place if pose.family[0] != "handle" else 0.0
+        hold = pose.family[self._first : -1], place
         if hold not in self._asked and len(self._asked) < MOST_ASKED:
-            grip = Grip(pose.point, pose.hand, self._opening)
-            self._asked[hold] = any(
-                self._ways(turn, placing, grip) for turn, placing in self._placings
-            )
-        return self._asked.get(hold, False)
+            self._asked[hold] = self._turned(pose)
+        turned = self._asked.get(hold)
+        return pose if turned == pose.turned else None if turned is None else pose.turned_over()
 
-    def _ways(self, turn: float, placing: Placing, grip: Grip) -> bool:
-        with facing(self._arm, turn):
-            return bool(placing.ways(grip, 1, FEW))
+    def _turned(self, pose: Pose) -> bool | None:
+        """Whether the hand is to be turned over for a way to put it down; None if there is none."""
+        grip = Grip(pose.point, pose.hand, self._opening)
+        for turn, placing in self._placings:
+            with facing(self._arm, turn):
+                if ways := placing.ways(grip, 1, FEW):
+                    return ways[0].pose.turned != pose.turned
+        return None
 
 
 def _hits(pose: Pose, thing: Thing) -> bool:

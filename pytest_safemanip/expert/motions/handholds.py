@@ -42,6 +42,8 @@ LEANS, AHEAD = (0.0, 12.0, -12.0, 20.0, -20.0), 0.6
 the hand is not tilted about that."""
 TURNS = (0.0, 45.0, -45.0, 90.0, 30.0, -30.0, 60.0, -60.0, 15.0, -15.0, 75.0, -75.0)
 """Degrees about the vertical to which a hand may be turned around something round."""
+ASKEW = (0.0, 20.0, -20.0)
+"""Likewise on a handle or a vessel's wall, which has room between the fingers askew, too."""
 LEAST_BESIDE = 0.004
 """Free space beside a finger at least, m."""
 SHARES = (0.0, 0.2, -0.2, 0.4, -0.4)
@@ -360,14 +362,16 @@ def _lines(thing: Thing, hold: Handhold) -> Iterator[tuple[Array, float, float]]
         line = hold.axes[:, number] / half
         if number and hold.name not in ("body", "end"):
             return
-        for turn in TURNS if hold.around else (0.0,):
+        for turn in TURNS if hold.around else ASKEW if hold.name in ("handle", "rim") else (0.0,):
             if hold.around and number:
                 return
             turned = about_z(turn) @ line
             width = 2.0 * half / (1.0 if not turn % 45.0 or way is not None else 0.93)
+            if not hold.around:
+                width = 2.0 * (half + FINGER_SIDE * math.sin(math.radians(abs(turn))))
             meets_handle = way is not None and abs(float(turned @ way)) > OFF_HANDLE
             if width <= GAP and not meets_handle:
-                yield turned, width, 0.15 * bool(turn) + 0.2 * number
+                yield turned, width, (0.15 if hold.around else 0.4) * bool(turn) + 0.2 * number
 
 
 def _tilted(line: Array, down: Array, tilt: float, straight: Array) -> Iterator[Array]:

@@ -239,6 +239,7 @@ class Placing:
         spots: where it may go.
         attitudes: finds how it may be turned there.
         clearance: least one of the arm's links, m.
+        either: whether it may be held with the hand turned over just as well.
     """
 
     def __init__(
@@ -248,6 +249,7 @@ class Placing:
         spots: Iterable[Spot],
         attitudes: Attitudes = standing,
         clearance: float = LINK_CLEARANCES[0],
+        either: bool = False,
     ) -> None:
         self._arm, self._thing, self._turns = arm, thing, attitudes(arm, thing)
         self._dipped, self._along = attitudes is dipped, contents(arm, thing)
@@ -269,7 +271,7 @@ class Placing:
             if hollow:
                 without, extra = [*without, hollow], walls(Thing(arm, hollow))
             room = Room.around(arm, [spot.point for spot in group], without, extra)
-            self._groups.append((group, room, Reaching(arm, room, ways, clearance)))
+            self._groups.append((group, room, Reaching(arm, room, ways, clearance, (), either)))
 
     def ways(self, grip: Grip, most: int = MOST, patience: int = PATIENCE) -> list[Reach]:
         """Ways to put it down, the easiest first.

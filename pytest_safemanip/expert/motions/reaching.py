@@ -146,6 +146,7 @@ class Reaching:
         clearance: least one of the arm's links, m; where the hand is squeezed in, the first way
             on which it has any room is taken, for a roomier one may lead the arm into something.
         vessels: that the hand goes into, which it must not touch.
+        either: whether the hand may be turned over.
     """
 
     def __init__(
@@ -155,9 +156,10 @@ class Reaching:
         ways: Ways,
         clearance: float = LINK_CLEARANCES[0],
         vessels: Sequence[str] = (),
+        either: bool = False,
     ) -> None:
         self._arm, self._room, self._ways, self._clearance = arm, room, ways, clearance
-        self._vessels = vessels
+        self._vessels, self._either = vessels, either
         squeezed = clearance <= SQUEEZED
         self._grazes, self._enough = (GRAZES, TIGHT) if squeezed else (0.0, ON_WAY)
         self._frame = arm.frame
@@ -167,7 +169,7 @@ class Reaching:
         self,
         poses: Iterable[Pose],
         most: int = MOST,
-        suits: Callable[[Pose], bool] = lambda pose: True,
+        suits: Callable[[Pose], Pose | None] = lambda pose: pose,
         patience: int = PATIENCE,
     ) -> list[Reach]:
         """Ways to some poses, the easiest first; last those to poses that do not suit.
@@ -175,7 +177,8 @@ class Reaching:
         Args:
             poses: the poses.
             most: ways that are enough.
-            suits: whether a pose does, for other reasons.
+            suits: gives a pose, or the same with the hand turned over, whichever suits for other
+                reasons; None if neither does.
             patience: poses that are looked at.
         """
         some = list(poses)
@@ -210,14 +213,16 @@ class Reaching:
                 break
         return _varied(good, 2 * most) + _varied(bad, min(UNSUITED, most - len(kinds)))
 
-    def _suited(self, reaches: Sequence[Reach], suits: Callable[[Pose], bool]) -> Sequence[Reach]:
+    def _suited(
+        self, reaches: Sequence[Reach], suits: Callable[[Pose], Pose | None]
+    ) -> Sequence[Reach]:
         """These ways to a pose if it suits, or those to the same with the hand turned over if that
         does; empty if neither does.
         """
-        if suits(reaches[0].pose):
-            return reaches
-        turned = [] if self._ways.brings else self._postures([_turned_over(reaches[0])])
-        return turned if turned and suits(turned[0].pose) else []
+        pose = suits(reaches[0].pose)
+        if pose is None or pose.turned == reaches[0].pose.turned:
+            return reaches if pose else []
+        return self._postures([_turned_over(reaches[0])])
 
     def _passing(self, reaches: Sequence[Reach]) -> Sequence[Reach]:
         """Those ways to a pose, of the cheapest, on which the arm's links touch nothing."""
@@ -232,7 +237,7 @@ class Reaching:
         for plain in (True, False):
             ways = [way for pose in left if (way := self._hand_way(pose, plain))]
             reaches = self._postures(ways)
-            if not self._ways.brings:
+            if self._either:
                 reached = {id(reach.pose) for reach in reaches}
                 others = [way for way in ways if id(way.pose) not in reached]
                 reaches += self._postures([_turned_over(way) for way in others])
