@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
-from pytest_safemanip.expert.world.routes import CARRYING_BODY, TURNS_ABOUT, route
+from pytest_safemanip.expert.world.routes import CARRYING_BODY, TURNS_ABOUT, _Grid, route
 from pytest_safemanip.expert.world.standing import BASE_ROOM, BODY_REAR, rearmost
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.trace.elements import Entity, Surface
@@ -98,6 +98,23 @@ def test_where_it_is_too_long_to_go_sideways_it_turns_and_at_the_end_faces_as_be
             assert np.abs(middle[1]) > 0.6 + 0.4
     assert here == pytest.approx(goal)
     assert heading == pytest.approx(0.0)
+
+
+def test_it_turns_where_only_a_quarter_of_the_circle_is_free():
+    # An aisle of 1.2 m that bends from along x to along y: nothing turns there all the way round.
+    half, edge = 0.5, 0.6
+    boxes = [
+        ((1.5, half), (0.0, -edge - half)),
+        ((half, 1.5), (-edge - half, 0.0)),
+        ((1.0, 1.0), (edge + 1.0, edge + 1.0)),
+    ]
+    counters = [
+        Surface("counter", "", (*size, 0.8), (*at, 0.8, *toy.UPRIGHT)) for size, at in boxes
+    ]
+    robot = among(*counters, start=(0.0, 0.0))
+    turns = _Grid(robot, None, np.array((-1.5, -1.5)), np.array((60, 60))).turns()
+    assert turns[0].any()
+    assert not turns.all(axis=0).any()
 
 
 def test_what_is_behind_a_place_is_told_from_there():
