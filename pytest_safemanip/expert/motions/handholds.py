@@ -43,7 +43,7 @@ the hand is not tilted about that."""
 TURNS = (0.0, 45.0, -45.0, 90.0, 30.0, -30.0, 60.0, -60.0, 15.0, -15.0, 75.0, -75.0)
 """Degrees about the vertical to which a hand may be turned around something round."""
 ASKEW = (0.0, 20.0, -20.0)
-"""Likewise on a handle or a vessel's wall, which has room between the fingers askew, too."""
+"""Likewise about a handle or a vessel's wall, for which fingers have room that are not square."""
 LEAST_BESIDE = 0.004
 """Free space beside a finger at least, m."""
 SHARES = (0.0, 0.2, -0.2, 0.4, -0.4)
@@ -79,8 +79,6 @@ RIM, RIM_LONG, RIM_DEEP, WALLS = 0.012, 0.04, 0.04, 0.9
 what share of the way from the vessel's middle is before it."""
 HOLLOW = 0.035
 """What is higher may be hollow, m."""
-BY_RIM = 0.6
-"""What speaks against pinching the wall of what has a handle."""
 BOW = 0.020
 """Thickness of a kettle's bow, m."""
 KNOB, KNOB_WIDE = 0.5, 0.040
@@ -97,7 +95,6 @@ class Handhold:
         around: whether it may be turned about the vertical as one likes: it is round.
         places: where along its longer side it may be pinched, m from its middle, the best first.
         name: of what it is a part.
-        cost: what speaks against it.
     """
 
     middle: Array
@@ -105,7 +102,6 @@ class Handhold:
     around: bool = False
     places: tuple[float, ...] = (0.0,)
     name: str = "body"
-    cost: float = 0.0
 
     @property
     def top(self) -> float:
@@ -234,12 +230,10 @@ def outline(thing: Thing) -> Array:
 
 
 def rims(thing: Thing) -> list[Handhold]:
-    """The walls of a vessel, upright, in the middle of its four sides, but where its handle is."""
-    found, way = [], handle_way(thing)
-    for axis, width in thing.sides() if way is None else thing.sides_about_middle():
+    """The walls of a vessel, upright, in the middle of its four sides."""
+    found = []
+    for axis, width in thing.sides():
         for out in (axis, -axis):
-            if way is not None and out @ way > OFF_HANDLE:
-                continue
             at = np.append(thing.middle[:2], thing.highest - RIM_DEEP / 2.0)
             axes = np.stack((out * RIM, np.cross(UP, out) * RIM_LONG, UP * RIM_DEEP), axis=1) / 2.0
             middle = at + (width - RIM) / 2.0 * out
@@ -276,12 +270,11 @@ def handholds(thing: Thing, part: Part = "") -> list[Handhold]:
     fits = 2.0 * np.linalg.norm(whole.axes, axis=0) < GAP
     if fits[:2].any():
         return [whole]
-    walls = rims(thing) if thing.height >= HOLLOW else []
-    if handle_way(thing) is not None:
-        return [handle(thing), *(replace(wall, cost=BY_RIM) for wall in walls)]
-    if not walls:
-        raise SkillFailed(f"{thing.entity} is too wide for the gripper")
-    return walls
+    if handle_way(thing) is None:
+        if thing.height < HOLLOW:
+            raise SkillFailed(f"{thing.entity} is too wide for the gripper")
+        return rims(thing)
+    return [handle(thing)]
 
 
 def grasp_poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterator[Pose]:
@@ -312,7 +305,7 @@ def grasp_poses(arm: Arm, thing: Thing, hold: Handhold, floor: float) -> Iterato
                     if off >= HOLDS:
                         continue
                     level = abs(float((point - at) @ np.cross(line, UP)))
-                    cost = hold.cost + odd + rare + 0.02 * abs(lean)
+                    cost = odd + rare + 0.02 * abs(lean)
                     cost += _odd(tilt, float(hand[:2, 2] @ arm.forward))
                     cost += 5.0 * abs(place) + 8.0 * max(0.0, level - 0.003)
                     cost += 0.3 * (width / GAP) ** 2 + (2.0 if round_there else 0.3) * off**2
@@ -362,16 +355,18 @@ def _lines(thing: Thing, hold: Handhold) -> Iterator[tuple[Array, float, float]]
         line = hold.axes[:, number] / half
         if number and hold.name not in ("body", "end"):
             return
-        for turn in TURNS if hold.around else ASKEW if hold.name in ("handle", "rim") else (0.0,):
-            if hold.around and number:
-                return
+        if number and hold.around:
+            return
+        slanted = ASKEW if hold.name in ("handle", "rim") else (0.0,)
+        for turn in TURNS if hold.around else slanted:
             turned = about_z(turn) @ line
-            width = 2.0 * half / (1.0 if not turn % 45.0 or way is not None else 0.93)
-            if not hold.around:
-                width = 2.0 * (half + FINGER_SIDE * math.sin(math.radians(abs(turn))))
+            width = 2.0 * (half + FINGER_SIDE * math.sin(math.radians(abs(turn))))
+            if hold.around:
+                width = 2.0 * half / (1.0 if not turn % 45.0 or way is not None else 0.93)
             meets_handle = way is not None and abs(float(turned @ way)) > OFF_HANDLE
             if width <= GAP and not meets_handle:
-                yield turned, width, (0.15 if hold.around else 0.4) * bool(turn) + 0.2 * number
+                odd = 0.15 if hold.around else 0.4
+                yield turned, width, odd * bool(turn) + 0.2 * number
 
 
 def _tilted(line: Array, down: Array, tilt: float, straight: Array) -> Iterator[Array]:
