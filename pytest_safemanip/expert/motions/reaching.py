@@ -193,11 +193,10 @@ class Reaching:
         while looked < patience and len(kinds) < most:
             next_ones = list(itertools.islice(turn, size))
             found = self._reaches(next_ones)
-            reached = {id(reaches[0].pose.point) for _, reaches in found}
+            reached = {id(pose) for _, pose, _ in found}
             for pose in next_ones:
-                seen.update(FAILED * _respects(pose) if id(pose.point) not in reached else ())
-            for plain, straight in found:
-                pose = straight[0].pose
+                seen.update(FAILED * _respects(pose) if id(pose) not in reached else ())
+            for plain, pose, straight in found:
                 if not hand_passes(self._arm, min(straight, key=_cost), self._vessels):
                     seen.update(FAILED * _respects(pose))
                     continue
@@ -229,22 +228,24 @@ class Reaching:
         likely = sorted(reaches, key=_cost)[:ASKED]
         return [reach for reach in likely if links_pass(self._arm, reach)]
 
-    def _reaches(self, poses: Sequence[Pose]) -> list[tuple[bool, list[Reach]]]:
-        """Ways to each of some poses that has any, and whether they are not out from below an edge:
-        those are looked at last.
+    def _reaches(self, poses: Sequence[Pose]) -> list[tuple[bool, Pose, list[Reach]]]:
+        """Each of some poses to which there are ways, or to the same with the hand turned over;
+        these ways, and whether they are not out from below an edge: those are looked at last.
         """
-        found, left = list[tuple[bool, list[Reach]]](), list(poses)
+        found, left = list[tuple[bool, Pose, list[Reach]]](), list(poses)
         for plain in (True, False):
             ways = [way for pose in left if (way := self._hand_way(pose, plain))]
+            of = {id(way.pose): way.pose for way in ways}
             reaches = self._postures(ways)
             if self._either:
                 reached = {id(reach.pose) for reach in reaches}
-                others = [way for way in ways if id(way.pose) not in reached]
-                reaches += self._postures([_turned_over(way) for way in others])
-            for _, alike in itertools.groupby(reaches, key=lambda reach: id(reach.pose)):
-                found.append((plain, list(alike)))
-            points = {id(some[0].pose.point) for _, some in found}
-            left = [pose for pose in left if id(pose.point) not in points]
+                turned = [(way, _turned_over(way)) for way in ways if id(way.pose) not in reached]
+                of |= {id(other.pose): way.pose for way, other in turned}
+                reaches += self._postures([other for _, other in turned])
+            for key, alike in itertools.groupby(reaches, key=lambda reach: id(reach.pose)):
+                found.append((plain, of[key], list(alike)))
+            known = {id(pose) for _, pose, _ in found}
+            left = [pose for pose in left if id(pose) not in known]
         return found
 
     def _in_turn(self, some: Sequence[Pose], seen: collections.Counter[Hashable]) -> Iterator[Pose]:
