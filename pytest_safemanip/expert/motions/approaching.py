@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -110,7 +109,7 @@ def turned_over(arm: Arm, reach: Reach) -> Reach:
     """A way to a grasp, or the same with the hand turned over, for its fingers are alike: where the
     arm does not come to the end of a joint.
     """
-    flipped = replace(reach, pose=reach.pose.turned_over())
+    flipped = reach.turned_over()
     shift = np.append(arm.base - reach.base, -reach.torso)
     ways = [
         way

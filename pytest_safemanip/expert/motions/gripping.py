@@ -204,10 +204,10 @@ def ways_to_grasp(
         for v in other_things(arm, thing)
         if v.entity not in along and thing.entity in inside(arm, v)
     ]
-    without = [thing.entity, *along, *(vessel.entity for vessel in around)]
+    vessels = [vessel.entity for vessel in around]
     extra = [box for vessel in around for box in walls(vessel)]
-    room = Room.around(arm, [thing.centre], without, extra)
-    reaching = Reaching(arm, room, Ways(), clearance, [vessel.entity for vessel in around], True)
+    room = Room.around(arm, [thing.centre], [thing.entity, *along, *vessels], extra)
+    reaching = Reaching(arm, room, Ways(), clearance, vessels, either=True)
     parts = handholds(thing, part)
     found = [
         pose

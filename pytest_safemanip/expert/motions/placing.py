@@ -271,7 +271,8 @@ class Placing:
             if hollow:
                 without, extra = [*without, hollow], walls(Thing(arm, hollow))
             room = Room.around(arm, [spot.point for spot in group], without, extra)
-            self._groups.append((group, room, Reaching(arm, room, ways, clearance, (), either)))
+            reaching = Reaching(arm, room, ways, clearance, either=either)
+            self._groups.append((group, room, reaching))
 
     def ways(self, grip: Grip, most: int = MOST, patience: int = PATIENCE) -> list[Reach]:
         """Ways to put it down, the easiest first.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
+from typing import Self
 
 from pytest_safemanip.expert.robot.rotations import Array
 
@@ -96,6 +97,10 @@ class Way:
     come: Array
     go: Array
     cost: float
+
+    def turned_over(self) -> Self:
+        """The same with the hand turned over."""
+        return replace(self, pose=self.pose.turned_over())
 
 
 @dataclass(frozen=True)

@@ -193,14 +193,15 @@ class Reaching:
         while looked < patience and len(kinds) < most:
             next_ones = list(itertools.islice(turn, size))
             found = self._reaches(next_ones)
-            reached = {id(pose) for _, pose, _ in found}
+            reached = {id(way.pose) for _, way, _ in found}
             for pose in next_ones:
                 seen.update(FAILED * _respects(pose) if id(pose) not in reached else ())
-            for plain, pose, straight in found:
+            for plain, way, straight in found:
+                pose = way.pose
                 if not hand_passes(self._arm, min(straight, key=_cost), self._vessels):
                     seen.update(FAILED * _respects(pose))
                     continue
-                suited = self._suited(straight, suits) if len(kinds) < most else []
+                suited = self._suited(way, straight, suits) if len(kinds) < most else []
                 passing = self._passing(suited)
                 (good if passing else bad).extend(passing or suited or straight)
                 seen.update(() if passing else UNFIT * _respects(pose))
@@ -213,38 +214,39 @@ class Reaching:
         return _varied(good, 2 * most) + _varied(bad, min(UNSUITED, most - len(kinds)))
 
     def _suited(
-        self, reaches: Sequence[Reach], suits: Callable[[Pose], Pose | None]
+        self, way: Way, reaches: Sequence[Reach], suits: Callable[[Pose], Pose | None]
     ) -> Sequence[Reach]:
-        """These ways to a pose if it suits, or those to the same with the hand turned over if that
-        does; empty if neither does.
+        """The places of the base for a way of the hand if its pose suits, or those for the same
+        with the hand turned over if that does; empty if neither does.
         """
         pose = suits(reaches[0].pose)
         if pose is None or pose.turned == reaches[0].pose.turned:
             return reaches if pose else []
-        return self._postures([_turned_over(reaches[0])])
+        return self._postures([replace(way, pose=pose)])
 
     def _passing(self, reaches: Sequence[Reach]) -> Sequence[Reach]:
         """Those ways to a pose, of the cheapest, on which the arm's links touch nothing."""
         likely = sorted(reaches, key=_cost)[:ASKED]
         return [reach for reach in likely if links_pass(self._arm, reach)]
 
-    def _reaches(self, poses: Sequence[Pose]) -> list[tuple[bool, Pose, list[Reach]]]:
-        """Each of some poses to which there are ways, or to the same with the hand turned over;
-        these ways, and whether they are not out from below an edge: those are looked at last.
+    def _reaches(self, poses: Sequence[Pose]) -> list[tuple[bool, Way, list[Reach]]]:
+        """How the hand gets to each of some poses that the arm reaches, as it is or turned over;
+        from which places of the base; and whether it is not out from below an edge: those are
+        looked at last.
         """
-        found, left = list[tuple[bool, Pose, list[Reach]]](), list(poses)
+        found, left = list[tuple[bool, Way, list[Reach]]](), list(poses)
         for plain in (True, False):
             ways = [way for pose in left if (way := self._hand_way(pose, plain))]
-            of = {id(way.pose): way.pose for way in ways}
+            of = {id(way.pose): way for way in ways}
             reaches = self._postures(ways)
             if self._either:
                 reached = {id(reach.pose) for reach in reaches}
-                turned = [(way, _turned_over(way)) for way in ways if id(way.pose) not in reached]
-                of |= {id(other.pose): way.pose for way, other in turned}
-                reaches += self._postures([other for _, other in turned])
+                turned = [(way, way.turned_over()) for way in ways if id(way.pose) not in reached]
+                of |= {id(over.pose): way for way, over in turned}
+                reaches += self._postures([over for _, over in turned])
             for key, alike in itertools.groupby(reaches, key=lambda reach: id(reach.pose)):
                 found.append((plain, of[key], list(alike)))
-            known = {id(pose) for _, pose, _ in found}
+            known = {id(way.pose) for _, way, _ in found}
             left = [pose for pose in left if id(pose) not in known]
         return found
 
@@ -481,11 +483,6 @@ class Reaching:
         if place not in self._rears:
             self._rears[place] = rearmost(self._arm, place, place, self._past)
         return self._rears[place]
-
-
-def _turned_over(way: Way) -> Way:
-    """The same with the hand turned over."""
-    return Way(way.pose.turned_over(), way.entry, way.leave, way.come, way.go, way.cost)
 
 
 def _cost(reach: Reach) -> float:

@@ -139,18 +139,22 @@ class _Grid:
     def free(self, degrees: float) -> Free:
         """Cells (I, J) where there is room for the robot, turned so far to the left."""
         free = np.ones(self._size, bool)
-        turn = about_z(degrees)[:2, :2]
+        turn, square = about_z(degrees)[:2, :2], degrees % 90.0 == 0.0
         for bottom, top, box in self._bands:
             middle, half = turn @ box.mean(axis=0), np.ptp(box, axis=0) / 2.0
             reach = np.abs(turn) @ half
             for low, high in self._between(bottom, top):
                 cut = self._cells(low - middle - reach, high - middle + reach)
+                if square:
+                    free[cut] = False
+                    continue
+                # Slanted boxes meet if they do seen along the sides of either.
                 at = (low + high) / 2.0 - middle - self._low
-                x, y = (at[k] - CELL * np.arange(self._size[k])[cut[k]] for k in (0, 1))
+                x, y = (at[k] - CELL * np.arange(cut[k].start, cut[k].stop) for k in (0, 1))
                 room = half + np.abs(turn.T) @ ((high - low) / 2.0) + ROUTE_ROOM
-                # Two boxes meet if they do seen along the sides of either.
                 ahead, aside = (np.abs(np.add.outer(a * x, b * y)) for a, b in turn.T)
-                free[cut] &= (ahead > room[0]) | (aside > room[1])
+                part = free[cut]
+                part &= ((ahead > room[0]) | (aside > room[1]))[: part.shape[0], : part.shape[1]]
         return free
 
     def turns(self) -> Free:
