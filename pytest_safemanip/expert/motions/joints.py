@@ -46,7 +46,7 @@ STUCK = 0.02
 SLOWEST, FASTEST, PULLED, BRAKE = 0.02, 0.15, 0.08, 1.0
 """Speeds of what is moved, m/s, of a door that is pulled by its handle, which creeps out of the
 fingers the more the harder they pull, and in how many seconds it comes to rest, s."""
-LEAST_LEAD, MOST_LEAD, LEAD_GAIN, YIELD_GAIN = 0.004, 0.05, 0.01, 0.03
+LEAST_LEAD, MOST_LEAD, LEAD_GAIN, YIELD_GAIN = 0.004, 0.09, 0.01, 0.03
 """How far ahead of the part the hand aims to press on it, m, and how much farther, or less far, in
 each control step for each m/s that the part is too slow, or too fast."""
 STIFFNESS, LAGS = 500.0, 0.19
