@@ -25,7 +25,7 @@ from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
 from pytest_safemanip.expert.world.candidates import Candidates
 from pytest_safemanip.expert.world.contacts import loads
 from pytest_safemanip.expert.world.room import Room
-from pytest_safemanip.expert.world.standing import nearest, rearmost
+from pytest_safemanip.expert.world.standing import nearest, passable, rearmost
 from pytest_safemanip.expert.world.ways import Leg, foresee
 from pytest_safemanip.trace.elements import Joint
 
@@ -144,6 +144,7 @@ class Takes:
         straight = np.maximum(stand, here[0])[..., None]
         ahead = np.concatenate((straight, straight, self._back, straight), axis=2)
         unlikely = BLOCKED * (passing[..., None] < ahead)
+        unlikely[:, :, ROUND] += BLOCKED * self._shut(aside, self._back)
         unlikely[:, :, FOLDING] += 0.0 if foresee(arm, self._fold()).free else np.inf
         pushed = np.array([not h.pinched for h in found])
         own = np.concatenate(
@@ -341,6 +342,18 @@ class Takes:
         room = Room(boxes, arm.frame, seen.min(axis=0), seen.max(axis=0))
         away = room.exactly(seen).reshape(len(joints), -1) - radii
         return np.asarray(np.maximum(0.0, -away.min(axis=1) - ROUGHLY))
+
+    def _shut(self, aside: Array, ahead: Array) -> NDArray[np.bool_]:
+        """Whether the base cannot drive to places aside (N, S) so far ahead (N, S, K)."""
+        here, ways = self._arm.aside(self._arm.base), dict[tuple[float, float], bool]()
+        shut = np.zeros(ahead.shape, bool)
+        for index in np.ndindex(ahead.shape):
+            way = round(aside[index[:2]] / GRID), round(ahead[index] / GRID)
+            if way not in ways:
+                ends = sorted((here, GRID * way[0]))
+                ways[way] = not passable(self._arm, *ends, GRID * way[1])
+            shut[index] = ways[way]
+        return shut
 
     def _limits(self, aside: Array, but: str = "") -> tuple[Array, Array, Array, Array]:
         """How far ahead, and how far back, the base may stand at some places sideways, and on the
