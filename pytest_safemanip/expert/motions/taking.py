@@ -350,8 +350,9 @@ class Takes:
         for index in np.ndindex(ahead.shape):
             way = round(aside[index[:2]] / GRID), round(ahead[index] / GRID)
             if way not in ways:
-                ends = sorted((here, GRID * way[0]))
-                ways[way] = not passable(self._arm, *ends, GRID * way[1])
+                there = GRID * way[0]
+                right, left = min(here, there), max(here, there)
+                ways[way] = not passable(self._arm, right, left, GRID * way[1])
             shut[index] = ways[way]
         return shut
 
