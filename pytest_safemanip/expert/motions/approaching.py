@@ -24,6 +24,7 @@ from pytest_safemanip.expert.motions.turning import turn_base
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion
 from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
 from pytest_safemanip.expert.robot.torso import lift_torso
+from pytest_safemanip.expert.world.standing import rearmost
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.expert.world.ways import Leg, foresee, held
 from pytest_safemanip.trace.geometry import to_local, to_world
@@ -179,15 +180,25 @@ def draw_back(arm: Arm, reach: Reach, load: Thing | None = None, least: float = 
         arm: the arm.
         reach: the way.
         load: what it holds.
-        least: how far it drives back at least, m.
+        least: how far it drives back at least, m, if nothing is behind it.
 
     Raises:
         SkillFailed: if the base does not get there.
     """
     length = float(np.linalg.norm(reach.go))
-    out = reach.go if length >= least else least * (reach.go / length if length else -arm.forward)
+    ahead = reach.go / length if length else -arm.forward
+    out = reach.go if length >= least else max(length, _room_behind(arm, ahead, least)) * ahead
     if reach.torso:
         out = lowering_back(arm, reach.torso, out, load)
     # From where it is: the hand has come in exactly, the base has not.
     yield from drive(arm, arm.base + out, load)
     yield from lift_torso(arm, -reach.torso)
+
+
+def _room_behind(arm: Arm, way: Array, most: float) -> float:
+    """How far the base may drive along a way (2,) until it meets what is behind it, m, at most."""
+    here, there = arm.base, arm.base + most * way
+    ends = arm.aside(here), arm.aside(there)
+    short = rearmost(arm, min(ends), max(ends), arm.ahead(here)) - arm.ahead(there)
+    backwards = -arm.ahead(way)
+    return most - max(0.0, short) / backwards if backwards > 0.0 else most
