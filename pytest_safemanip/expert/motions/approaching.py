@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pytest_safemanip.expert.motions.handholds import outline
-from pytest_safemanip.expert.motions.poses import Pose, Reach
+from pytest_safemanip.expert.motions.poses import SLANTED, Pose, Reach
 from pytest_safemanip.expert.motions.travelling import (
     THERE,
     arrives,
@@ -37,6 +37,8 @@ CLOSE, EXACTLY = 0.02, 0.006
 """Where links have less room than this, m, the base has to stand so exactly, m, for it would take
 them there beside their way: the hand comes to where it is to be, whatever the base does.
 """
+BELOW = SLANTED[0][1] - 1e-6
+"""A hand that goes so far down and to the side at once goes below an edge, m."""
 ARRIVES = 0.01
 """Distance that counts as there before and at a goal, m."""
 BARELY = 0.008
@@ -70,9 +72,11 @@ def holding(arm: Arm, motion: Motion, load: Thing) -> Motion:
 
 def links_pass(arm: Arm, reach: Reach) -> bool:
     """Whether the arm's links touch nothing on a way, from where the base stands off to where it
-    stands after, by the simulator; asked only where their room is scarce.
+    stands after, by the simulator; asked only where their room is scarce, or the hand comes or goes
+    below an edge, behind which the arm bends otherwise than from afar.
     """
-    if reach.room > CLOSE:
+    below_edge = any(step[2] >= BELOW and step[:2].any() for step in (reach.entry, reach.leave))
+    if reach.room > CLOSE and not below_edge:
         return True
     pose, come, go = reach.pose, reach.base + reach.come, reach.base + reach.go
     entry, hand = pose.point + reach.entry, pose.hand
