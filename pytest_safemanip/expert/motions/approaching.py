@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pytest_safemanip.expert.motions.handholds import outline
-from pytest_safemanip.expert.motions.poses import SLANTED, Pose, Reach
+from pytest_safemanip.expert.motions.poses import Pose, Reach
 from pytest_safemanip.expert.motions.travelling import (
     THERE,
     arrives,
@@ -37,8 +37,6 @@ CLOSE, EXACTLY = 0.02, 0.006
 """Where links have less room than this, m, the base has to stand so exactly, m, for it would take
 them there beside their way: the hand comes to where it is to be, whatever the base does.
 """
-BELOW = SLANTED[0][1] - 1e-6
-"""A hand that goes so far down and to the side at once goes below an edge, m."""
 ARRIVES = 0.01
 """Distance that counts as there before and at a goal, m."""
 BARELY = 0.008
@@ -73,10 +71,9 @@ def holding(arm: Arm, motion: Motion, load: Thing) -> Motion:
 def links_pass(arm: Arm, reach: Reach) -> bool:
     """Whether the arm's links touch nothing on a way, from where the base stands off to where it
     stands after, by the simulator; asked only where their room is scarce, or the hand comes or goes
-    below an edge, behind which the arm bends otherwise than from afar.
+    below an edge: there the arm bends otherwise than their room was computed for.
     """
-    below_edge = any(step[2] >= BELOW and step[:2].any() for step in (reach.entry, reach.leave))
-    if reach.room > CLOSE and not below_edge:
+    if reach.room > CLOSE and not reach.below_edge:
         return True
     pose, come, go = reach.pose, reach.base + reach.come, reach.base + reach.go
     entry, hand = pose.point + reach.entry, pose.hand
@@ -190,8 +187,8 @@ def draw_back(arm: Arm, reach: Reach, load: Thing | None = None, least: float = 
         SkillFailed: if the base does not get there.
     """
     length = float(np.linalg.norm(reach.go))
-    ahead = reach.go / length if length else -arm.forward
-    out = reach.go if length >= least else max(length, _room_behind(arm, ahead, least)) * ahead
+    way = reach.go / length if length else -arm.forward
+    out = reach.go if length >= least else max(length, _room_behind(arm, way, least)) * way
     if reach.torso:
         out = lowering_back(arm, reach.torso, out, load)
     # From where it is: the hand has come in exactly, the base has not.
@@ -200,7 +197,13 @@ def draw_back(arm: Arm, reach: Reach, load: Thing | None = None, least: float = 
 
 
 def _room_behind(arm: Arm, way: Array, most: float) -> float:
-    """How far the base may drive along a way (2,) until it meets what is behind it, m, at most."""
+    """How far the base may drive in a direction (2,) before it meets what is behind it, m.
+
+    Args:
+        arm: the arm.
+        way: the direction, a unit vector.
+        most: given where nothing is behind it, m.
+    """
     here, there = arm.base, arm.base + most * way
     ends = arm.aside(here), arm.aside(there)
     short = rearmost(arm, min(ends), max(ends), arm.ahead(here)) - arm.ahead(there)

@@ -98,6 +98,12 @@ class Way:
     go: Array
     cost: float
 
+    @property
+    def below_edge(self) -> bool:
+        """Whether the hand comes in or leaves on a slant, below an edge."""
+        steps = self.entry, self.leave
+        return any(bool(step[2] >= SLANTED[0][1] and step[:2].any()) for step in steps)
+
     def turned_over(self) -> Self:
         """The same with the hand turned over."""
         return replace(self, pose=self.pose.turned_over())

@@ -43,7 +43,7 @@ once the arm is folded, the hand first drawn back beside a door that it has open
 ABOVE, BACKS, DRAWN = 0.16, (0.30, 0.65), 0.2
 """How far above, and how far back base and hand, m."""
 BLOCKED = 2.0
-"""Cost of driving straight where something stands."""
+"""Cost of driving where something stands."""
 FAR_OFF, DRIVES = 10.0, 2.0
 """Costs of each m by which the arm is too short for where it has to go to with the part, wherever
 the base stands, and of each m that the base has to drive meanwhile."""
@@ -344,17 +344,15 @@ class Takes:
         return np.asarray(np.maximum(0.0, -away.min(axis=1) - ROUGHLY))
 
     def _shut(self, aside: Array, ahead: Array) -> NDArray[np.bool_]:
-        """Whether the base cannot drive to places aside (N, S) so far ahead (N, S, K)."""
-        here, ways = self._arm.aside(self._arm.base), dict[tuple[float, float], bool]()
-        shut = np.zeros(ahead.shape, bool)
-        for index in np.ndindex(ahead.shape):
-            way = round(aside[index[:2]] / GRID), round(ahead[index] / GRID)
-            if way not in ways:
-                there = GRID * way[0]
-                right, left = min(here, there), max(here, there)
-                ways[way] = not passable(self._arm, right, left, GRID * way[1])
-            shut[index] = ways[way]
-        return shut
+        """Whether the base cannot drive sideways to places (N, S), m, so far ahead (N, S, K), m."""
+        here = self._arm.aside(self._arm.base)
+        cells = np.round(np.stack(np.broadcast_arrays(aside[..., None], ahead), axis=-1) / GRID)
+        drives, which = np.unique(cells.reshape(-1, 2), axis=0, return_inverse=True)
+        shut = [
+            not passable(self._arm, min(here, there), max(here, there), at)
+            for there, at in (GRID * drives).tolist()
+        ]
+        return np.array(shut, bool)[which].reshape(ahead.shape)
 
     def _limits(self, aside: Array, but: str = "") -> tuple[Array, Array, Array, Array]:
         """How far ahead, and how far back, the base may stand at some places sideways, and on the

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.expert.robot.arm import Arm, Motion
+from pytest_safemanip.expert.robot.base import LASTING
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.trace.geometry import corners
 from pytest_safemanip.trace.kinematics import carried
@@ -145,10 +146,15 @@ def _extents(arm: Arm, but: str = "") -> tuple[Array, Array, Array]:
     """Of every piece of furniture and its handles, from where to where it is along the base's
     forward and left directions and in height, m (N, 2) each.
     """
-    points = np.concatenate((solids(arm, but), handles(arm, but)))
-    seen = points[..., :2] @ arm.forward, points[..., :2] @ arm.left, points[..., 2]
-    along, across, height = (np.stack((x.min(axis=1), x.max(axis=1)), axis=1) for x in seen)
-    return along, across, height
+
+    def find() -> tuple[Array, Array, Array]:
+        points = np.concatenate((solids(arm, but), handles(arm, but)))
+        seen = points[..., :2] @ arm.forward, points[..., :2] @ arm.left, points[..., 2]
+        along, across, height = (np.stack((x.min(axis=1), x.max(axis=1)), axis=1) for x in seen)
+        return along, across, height
+
+    state = (*(x.tobytes() for x in (arm.step.joint, arm.step.box_pose, arm.forward)), but)
+    return arm.latest("where furniture extends to", state, find, LASTING)
 
 
 def handles(arm: Arm, but: str = "") -> Array:
