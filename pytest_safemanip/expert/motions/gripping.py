@@ -63,7 +63,7 @@ least, m: its end may be nearer, or beyond where it counts as open.
 GOOD, FEW, MOST_ASKED = 3, 60, 20
 """Ways to grasp something with which there is a way to put it down that are enough, how many poses
 are looked at for that way, and for how many ways to grasp at most."""
-DOUBTFUL = 8
+SOME = 8
 """Ways to grasp something that are offered where the hand is squeezed in, for a rehearsal to tell.
 """
 LIFTED = 0.02
@@ -130,11 +130,14 @@ def _make_room(arm: Arm, thing: Thing, part: Part, goal: Goal | None) -> Motion:
 def _ways(
     arm: Arm, thing: Thing, part: Part, goal: Goal | None, but: Sequence[float] = ()
 ) -> list[Reach]:
-    """Ways to grasp a thing, those with the base turned in some ways left out; where there is none,
-    doubtful ones.
+    """Ways to grasp a thing, those with the base turned in some ways left out; where all are
+    doubtful, some on which the hand is squeezed in.
     """
     ways = _known_ways(arm, thing, part, goal, but=but)
-    return ways or _known_ways(arm, thing, part, goal, (SQUEEZED,), but)[:DOUBTFUL]
+    if not all(reach.doubtful for reach in ways):
+        return ways
+    squeezed = _known_ways(arm, thing, part, goal, (SQUEEZED,), but)[:SOME]
+    return sorted(squeezed + ways, key=lambda reach: reach.doubtful)
 
 
 def _known_ways(

@@ -106,7 +106,8 @@ def any_heading(
     clearances: Sequence[float] = LINK_CLEARANCES,
     but: Collection[float] = (),
 ) -> list[Reach]:
-    """The ways that are found with the base turned as it is, or else turned otherwise.
+    """The ways that are found with the base turned as it is, or else turned otherwise; doubtful
+    ones only where it finds no others.
 
     Args:
         arm: the arm.
@@ -115,12 +116,14 @@ def any_heading(
         but: turns of the base that are left out, degrees.
     """
     headings = [turn for turn in HEADINGS if turn not in but]
+    doubtful: list[Reach] = []
     for clearance, turn in itertools.product(clearances, headings):
         with facing(arm, turn):
-            found = find(clearance)
-        if found:
-            return [replace(reach, turn=turn) for reach in found]
-    return []
+            found = [replace(reach, turn=turn) for reach in find(clearance)]
+        if not all(reach.doubtful for reach in found):
+            return found
+        doubtful = doubtful or found
+    return doubtful
 
 
 def turned_otherwise(arm: Arm, find: Callable[[Sequence[float]], list[Reach]]) -> list[Reach]:
@@ -211,7 +214,8 @@ class Reaching:
             size = min(2 * size, CHUNKS[1])
             if not found and looked > VAIN:
                 break
-        return _varied(good, 2 * most) + _varied(bad, min(UNSUITED, most - len(kinds)))
+        doubtful = [replace(reach, doubtful=True) for reach in bad]
+        return _varied(good, 2 * most) + _varied(doubtful, min(UNSUITED, most - len(kinds)))
 
     def _suited(
         self, way: Way, reaches: Sequence[Reach], suits: Callable[[Pose], Pose | None]
