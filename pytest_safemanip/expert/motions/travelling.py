@@ -88,7 +88,7 @@ def travel(
             for place, turn in route(arm, load, goal):
                 yield from drive(arm, place, load)
                 if turn:
-                    yield from arm.turn(turn)
+                    yield from arm.turn(turn, gentle=load is not None)
             yield from drive(arm, goal, load, near)
             return
         if row < arm.ahead(arm.base):

@@ -69,7 +69,7 @@ def turn_base(arm: Arm, degrees: float, load: Thing | None) -> Motion:
     if load is not None or arm.hand_ahead > NEAR_ENOUGH:
         yield from tuck(arm, load)
     yield from travel(arm, lambda: turning_place(arm, degrees, load), load)
-    yield from arm.turn(degrees)
+    yield from arm.turn(degrees, gentle=load is not None)
 
 
 def turning_place(arm: Arm, degrees: float, load: Thing | None) -> Array:

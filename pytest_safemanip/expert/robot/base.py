@@ -22,11 +22,16 @@ Motion = Generator[Array, None, None]
 
 BASE_DEAD_BAND = 0.27
 """Base commands below 0.25 do not overcome its friction."""
+BASE_RISE, BASE_RISE_GENTLY = 3.0, 1.5
+"""Commands above that for each m that is left, without and with a load: the base then comes to rest
+in 0.3 s and in 0.6 s."""
 TURN_TOLERANCE = 1.0
 """The base has turned when it is so near, degrees."""
-TURN_DEAD_BAND, TURN_RISE, TURN_SPEED = 0.12, 0.01, 0.5
-"""Commands for turning the base: near the goal, more for each degree, and the largest one, at which
-it turns by 1.7 degrees in a control step."""
+TURN_DEAD_BAND, TURN_SPEED = 0.12, 0.5
+"""Commands for turning the base: near the goal, and the largest one, at which it turns by 1.7
+degrees in a control step."""
+TURN_RISE, TURN_RISE_GENTLY = 0.03, 0.01
+"""Commands above the former for each degree that is left, without and with a load."""
 CAREFUL = 0.4
 """Base command for what hangs in two fingers: 0.15 m/s."""
 SWING = 0.6
@@ -235,9 +240,9 @@ class Base:
             target: base position on the floor (2,).
             tolerance: along each axis of the base, m.
             steps: control steps at most.
-            speed: largest command; up to ``CAREFUL``, the base also starts gently.
+            speed: largest command; up to ``CAREFUL``, the base also starts and stops gently.
             until: stops the base before the target.
-            gentle: whether it does at a higher speed too.
+            gentle: whether it starts and stops gently at a higher speed too.
 
         Raises:
             SkillFailed: if the base does not arrive in time.
@@ -246,7 +251,9 @@ class Base:
         # Only what a command has above the dead band moves the base.
         speed = BASE_DEAD_BAND + pace * (speed - BASE_DEAD_BAND)
         steps = round(steps / pace)
-        rise = SWING / self.scene.control_period if gentle or speed <= CAREFUL else 1.0
+        gentle = gentle or speed <= CAREFUL
+        rise = SWING / self.scene.control_period if gentle else 1.0
+        slows = BASE_RISE_GENTLY if gentle else BASE_RISE
         for step in range(steps):
             most = BASE_DEAD_BAND + (speed - BASE_DEAD_BAND) * min(1.0, (step + 1) / rise)
             error = target - self.base
@@ -256,7 +263,7 @@ class Base:
             action = self.hold()
             # Straight, as both axes have their dead band.
             longer = float(np.abs(local).max())
-            above = min(1.5 * longer, most - BASE_DEAD_BAND) * local / longer
+            above = min(slows * longer, most - BASE_DEAD_BAND) * local / longer
             for axis in range(2):
                 if abs(local[axis]) > tolerance:
                     action[7 + axis] = math.copysign(BASE_DEAD_BAND, local[axis]) + above[axis]
@@ -267,17 +274,18 @@ class Base:
         for _ in range(3):
             yield self.hold()
 
-    def turn(self, degrees: float, steps: int = 200) -> Motion:
+    def turn(self, degrees: float, steps: int = 200, *, gentle: bool = False) -> Motion:
         """Turn the base on the spot; the hand keeps its pose relative to it.
 
         Args:
             degrees: to the left.
             steps: control steps at most.
+            gentle: whether it stops gently.
 
         Raises:
             SkillFailed: if the base does not arrive in time.
         """
-        to = about_z(degrees)
+        to, slows = about_z(degrees), TURN_RISE_GENTLY if gentle else TURN_RISE
         goal, down = np.append(self.forward, 0.0) @ to.T, to @ self.straight_down
         for _ in range(steps):
             here = np.append(self.forward, 0.0)
@@ -285,7 +293,7 @@ class Base:
             if abs(left) < TURN_TOLERANCE:
                 break
             action = self.hold()
-            wanted = TURN_DEAD_BAND + TURN_RISE * abs(left)
+            wanted = TURN_DEAD_BAND + slows * abs(left)
             action[9] = math.copysign(min(wanted, TURN_SPEED), left)
             yield action
         else:
