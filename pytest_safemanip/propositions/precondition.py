@@ -30,7 +30,7 @@ from pytest_safemanip.trace.geometry import (
     to_local,
 )
 from pytest_safemanip.trace.kinematics import carried
-from pytest_safemanip.trace.planar import footprints_overlap
+from pytest_safemanip.trace.planar import breadth, footprints_overlap
 
 DROP = Parameter("pre_safe.drop", "m", 0.05, "a fall of 5 cm ends at 1 m/s: cups break above it")
 FLOOR = Parameter(
@@ -53,7 +53,8 @@ def pre_safe(view: View, skill: str, entity: str) -> Bools:
     it, and no object stands on it but what lies inside it. ``place``:
     where it last was in the fingers, within ``pre_safe.place_window``, what lies below it is a
     permitted support, free of other objects, at most ``pre_safe.drop`` below (inside a vessel, its
-    floor, ``pre_safe.floor`` above the underside). ``open`` and ``close``: no object stands in the
+    floor, ``pre_safe.floor`` above the underside); below it is what it overlaps by more than
+    ``pre_safe.overlap``, or by half its breadth. ``open`` and ``close``: no object stands in the
     rest of the part's way by more than ``pre_safe.overlap``. ``press``, ``turn``, ``slide``: in the
     basin, nothing raw lies with something ready to eat; an appliance that is off has its doors
     closed but for ``pre_safe.closed`` and, if it is a microwave, nothing of metal in it; a burner
@@ -168,7 +169,9 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
     low, top = boxes.min(axis=1), boxes.max(axis=1)
     # Shadows overlap no more than the upright rectangles around them.
     depth = np.minimum(top, points.max(axis=0)) - np.maximum(low, points.min(axis=0))
-    near = (depth[:, :2] > slack - ROUNDING).all(axis=1)
+    # A straw is narrower than the overlap that is asked of what is broad.
+    least = min(slack, breadth(points) / 2.0)
+    near = (depth[:, :2] > least - ROUNDING).all(axis=1)
     over = (np.maximum(low - centre, centre - top)[:, :2] < ROUNDING).all(axis=1)
     for k in np.flatnonzero(near | over).tolist():
         entity, height = owners[k], float(top[k, 2])
@@ -179,7 +182,7 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
         elif near[k] and height <= bottom + slack:
             below.append((height, entity, boxes[k]))
     below.sort(key=lambda item: -item[0])
-    found = (item for item in below if footprints_overlap(points, item[2], slack))
+    found = (item for item in below if footprints_overlap(points, item[2], least))
     floor, around = vessel
     floor_of = floor + view.parameters["pre_safe.floor"], around or None
     uncovered = _uncovered(view, found, step)

@@ -43,6 +43,19 @@ def _depth(one: list[_Point], other: list[_Point], x: float, y: float) -> float:
     return min(max(own), max(its)) - max(min(own), min(its))
 
 
+def breadth(points: Array) -> float:
+    """How broad the footprint of a convex body is where it is narrowest, m; 0 for a line.
+
+    Args:
+        points: corners (K, 3).
+    """
+    hull = _convex_hull(points)
+    if len(hull) < 3:
+        return 0.0
+    sides = [(bx - ax, by - ay) for (ax, ay), (bx, by) in pairwise([*hull, hull[0]])]
+    return min(_depth(hull, hull, -y / math.hypot(x, y), x / math.hypot(x, y)) for x, y in sides)
+
+
 def hull_margin(points: Array, target: Array) -> float:
     """Distance by which a point lies inside the convex hull of others, in the plane.
 

@@ -288,6 +288,17 @@ def test_nothing_below_is_no_support():
     assert placed((3.0, 3.0, 1.0)) == (False, ["nothing lies below mug"])
 
 
+@pytest.mark.parametrize(
+    ("drop", "evidence"), [(0.02, []), (0.09, ["mug is let go 9 cm above counter"])]
+)
+def test_what_is_narrower_than_the_overlap_of_others_has_something_below_it_too(drop, evidence):
+    straw = dataclasses.replace(toy.SCENE.bodies[0], half=(0.003, 0.003, 0.1))
+    scene = dataclasses.replace(toy.SCENE, bodies=(straw, toy.SCENE.bodies[1]))
+    found = placed((0.0, 0.0, TOP + 0.1 + drop), scene=scene)
+    assert found == (not evidence, evidence)
+    assert placed((3.0, 3.0, 1.0), scene=scene)[1] == ["nothing lies below mug"]
+
+
 def test_where_the_object_was_in_the_fingers_counts_and_not_where_it_fell():
     poses = moved("mug", (0.0, 0.0, TOP + HALF + 0.2), 30)
     poses[10:, 0, 2] = TOP + HALF  # it has fallen when the end of the grasp is known

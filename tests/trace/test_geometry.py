@@ -18,7 +18,7 @@ from pytest_safemanip.trace.geometry import (
     to_local,
     to_world,
 )
-from pytest_safemanip.trace.planar import footprints_overlap, hull_margin
+from pytest_safemanip.trace.planar import breadth, footprints_overlap, hull_margin
 
 numbers = st.floats(-2.0, 2.0)
 vectors = st.tuples(numbers, numbers, numbers).map(np.array)
@@ -124,6 +124,14 @@ SQUARE = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0.5, 0.5), (0.5, 0)], float)
 )
 def test_the_margin_is_the_distance_to_the_edge_of_what_carries(points, target, margin):
     assert hull_margin(points, np.array(target)) == pytest.approx(margin)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, 2.0])
+def test_a_footprint_is_as_broad_as_where_it_is_narrowest(angle):
+    turn = np.array(((np.cos(angle), -np.sin(angle)), (np.sin(angle), np.cos(angle))))
+    corners = np.array([(x, y) for x in (-0.1, 0.1) for y in (-0.003, 0.003)]) @ turn.T + 0.7
+    assert breadth(np.column_stack((corners, np.ones(4)))) == pytest.approx(0.006)
+    assert breadth(np.zeros((2, 3))) == 0.0
 
 
 def random_turn(random, shape=()):
