@@ -33,6 +33,7 @@ from pytest_safemanip.expert.motions.reaching import (
     any_heading,
     turned_otherwise,
 )
+from pytest_safemanip.expert.motions.travelling import check_bent
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.base import LASTING
 from pytest_safemanip.expert.robot.rotations import Array
@@ -470,11 +471,17 @@ def _lower(arm: Arm, thing: Thing, low: Array, speed: float) -> Motion:
 
 
 def withdraw(arm: Arm, reach: Reach) -> Motion:
-    """Draw an empty hand off what it let go, and back, as high as if it had not been lowered."""
+    """Draw an empty hand off what it let go, and back, as high as if it had not been lowered.
+
+    Raises:
+        SkillFailed: if the base does not get there, or if the arm is straight, and is used again.
+    """
     lowered = max(0.0, float((reach.pose.point - arm.position)[2]))
     out = raised(reach.leave, lowered)
     yield from arm.move(arm.position + out, tolerance=0.02, speed=0.5, steps=50, required=False)
     yield from draw_back(arm, reach, least=OFF)
+    if arm.upcoming:
+        check_bent(arm)
 
 
 def check_inside(thing: Thing, vessel: Thing) -> None:
