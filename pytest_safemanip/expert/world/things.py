@@ -140,10 +140,10 @@ def contents(arm: Arm, vessel: Thing) -> list[Thing]:
     near = list[tuple[float, Thing]]()
     for thing in other_things(arm, vessel):
         own = (thing.centre - vessel.centre) @ axes
-        # A plate under something small is not in it.
-        high = thing.bottom > vessel.bottom - LOWER
+        height = float(own[upright]) * math.copysign(1.0, axes[2, upright])
+        # A plate under something small is not in it; of what leans in it, the box may be lower.
+        high = height > 0.0 or thing.bottom > vessel.bottom - LOWER
         if np.delete(np.abs(own) - half, upright).max() < 0.0 and high:
-            height = float(own[upright]) * math.copysign(1.0, axes[2, upright])
             near.append((height - thing.height / 2.0, thing))
     found, top = list[Thing](), float(half[upright])
     for bottom, thing in sorted(near, key=lambda one: one[0]):
