@@ -27,7 +27,7 @@ def seen(half, height, lean=0.0):
     [
         (CARROT, 0.93, 0.0, ["apple"]),
         (CARROT, 0.945, 0.6, ["apple"]),  # its box reaches 17 mm below the tray
-        (PLATE, 0.91, 0.0, []),
+        (PLATE, 0.89, 0.0, []),
         (CARROT, 1.2, 0.0, []),
     ],
     ids=["lies in it", "leans in it", "lies below it", "hangs above it"],
