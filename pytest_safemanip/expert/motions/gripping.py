@@ -36,6 +36,7 @@ from pytest_safemanip.expert.motions.travelling import check_bent
 from pytest_safemanip.expert.motions.turning import facing
 from pytest_safemanip.expert.robot.arm import Arm, Motion, SkillFailed
 from pytest_safemanip.expert.robot.base import LASTING
+from pytest_safemanip.expert.robot.choices import GRASP
 from pytest_safemanip.expert.robot.hand import (
     FINGER_THICK,
     FINGERTIP,
@@ -105,7 +106,7 @@ def grasp(
     ways = turned_otherwise(arm, lambda but: _ways(arm, thing, part, goal, but))
     if not ways:
         raise SkillFailed(f"the hand has no room at {role}")
-    reach = turned_over(arm, arm.choices.choose("way to grasp", ways))
+    reach = turned_over(arm, arm.choices.choose(GRASP, ways))
     yield from go_before(arm, reach)
     yield from come_in(arm, thing, reach)
     check_bent(arm)

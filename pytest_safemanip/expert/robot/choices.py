@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar
 
 T = TypeVar("T")
+
+GRASP = "way to grasp"
+"""What is chosen of how something is held."""
 
 
 @dataclass
@@ -50,15 +52,25 @@ class Alternatives:
 
     def __init__(self, others: int) -> None:
         self._others = others
-        self._waiting: list[tuple[int, int, int, dict[str, int]]] = [(0, 0, 0, {})]
+        self._waiting: list[tuple[int, int, dict[str, int]]] = [(0, 0, {})]
         self._count = 0
+        self._first = ""
 
     def __iter__(self) -> Iterator[Choices]:
         while self._waiting:
-            *_, decided = heapq.heappop(self._waiting)
-            choices = Choices(decided)
+            waiting = min(self._waiting, key=self._rank)
+            self._waiting.remove(waiting)
+            choices = Choices(waiting[-1])
             yield choices
             self._branch(choices)
+
+    def prefer(self, what: str) -> None:
+        """Try the other options of a choice before all others."""
+        self._first = what
+
+    def _rank(self, waiting: tuple[int, int, dict[str, int]]) -> tuple[int, bool, int, int]:
+        price, count, decided = waiting
+        return len(decided), self._first not in decided, price, count
 
     def _branch(self, tried: Choices) -> None:
         """Note what can be decided differently from something that was tried."""
@@ -79,8 +91,7 @@ class Alternatives:
     def _push(self, decided: dict[str, int], asked: Mapping[str, Sequence[int]]) -> None:
         self._count += 1
         price = sum(_price(asked.get(what, ()), number) for what, number in decided.items())
-        cost = len(decided), price, self._count
-        heapq.heappush(self._waiting, (*cost, decided))
+        self._waiting.append((price, self._count, decided))
 
 
 def _price(prices: Sequence[int], number: int) -> int:

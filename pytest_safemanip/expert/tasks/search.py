@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, NoWay, SkillFailed, fold_arm
-from pytest_safemanip.expert.robot.choices import Alternatives, Choices
+from pytest_safemanip.expert.robot.choices import GRASP, Alternatives, Choices
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.tasks.calls import Call
 from pytest_safemanip.expert.world.knocks import Watch
@@ -136,8 +136,8 @@ class Search:
         most = MOST_AGAIN if number in self._visited else MOST_TRIES
         self._visited.add(number)
         done = ill = 0
-        others = OTHERS if number else OTHERS_FIRST
-        for choices in itertools.islice(Alternatives(others), most):
+        alternatives = Alternatives(OTHERS if number else OTHERS_FIRST)
+        for choices in itertools.islice(alternatives, most):
             if self._left <= 0:
                 return False
             state, depth = self._begin(), len(self._ways)
@@ -153,6 +153,8 @@ class Search:
                 if success or self._solve(rest, number + 1):
                     self._rehearsal.keep()
                     return True
+                if self._ill:
+                    alternatives.prefer(GRASP)
             elif number > self._done and not choices.decided:
                 self._reason = f"{call.text}: {reason}"
             self._undo(state)

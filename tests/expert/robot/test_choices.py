@@ -47,6 +47,15 @@ def test_what_is_dear_is_tried_after_all_that_is_cheaper():
     assert found == [(1, 0), (2, 0), (1, 1), (1, 2), (1, 3), (3, 0), (1, 4)]
 
 
+def test_what_is_preferred_is_tried_before_what_comes_first_otherwise():
+    alternatives, found = Alternatives(2), []
+    for choices in islice(alternatives, 6):
+        found.append((choices.choose("pace", (1, 2)), choices.choose("grasp", (1, 2, 3))))
+        if len(found) == 2:
+            alternatives.prefer("grasp")
+    assert found == [(1, 1), (2, 1), (1, 2), (1, 3), (2, 2), (2, 3)]
+
+
 def test_the_same_choice_is_the_same_each_time_within_a_try():
     choices = Choices({"pace": 1})
     assert [choices.choose("pace", (1.0, 0.5)) for _ in range(3)] == [0.5] * 3

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, NoWay, SkillFailed
+from pytest_safemanip.expert.robot.choices import GRASP
 from pytest_safemanip.expert.tasks.calls import read
 from pytest_safemanip.expert.tasks.search import Search
 from pytest_safemanip.sim.rehearsal import Rehearsal, Trials
@@ -91,7 +92,22 @@ def lose(arm):
     raise IllHeld("the mug slipped")
 
 
+def hold(arm):
+    """Take hold; only the third grasp holds, and a choice that does not matter comes before it."""
+    yield from go(arm, float(arm.choices.choose("pace", range(6))), 0.0)
+    grasp = arm.choices.choose(GRASP, range(6))
+    yield from go(arm, 0.0, float(grasp))
+
+
+def carry(arm):
+    if arm.position[1] < 2.0:
+        yield from lose(arm)
+    yield from go(arm, GOAL, 0.0)
+
+
 SKILLS = {
+    "hold": hold,
+    "carry": carry,
     "shift": shift,
     "advance": advance,
     "arrive": arrive,
@@ -211,3 +227,14 @@ def test_where_a_thing_is_held_badly_what_comes_before_is_soon_done_otherwise():
     assert reason == "lose: the mug slipped"
     calls = [line for line in search.log if "no time" not in line]
     assert [line[:6] for line in calls[:5]] == ["0 shif", *["1 lose"] * 3, "0 shif"]
+
+
+def test_after_what_was_held_ill_another_grasp_comes_before_anything_else():
+    _, reason, search, _ = play("hold", "carry")
+    assert not reason
+    grasps = [line for line in search.log if "hold" in line]
+    assert grasps == [
+        "0 hold [usual]: ok",
+        "0 hold [way to grasp 1]: ok",
+        "0 hold [way to grasp 2]: ok",
+    ]
