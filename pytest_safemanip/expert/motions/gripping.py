@@ -131,14 +131,14 @@ def _make_room(arm: Arm, thing: Thing, part: Part, goal: Goal | None) -> Motion:
 def _ways(
     arm: Arm, thing: Thing, part: Part, goal: Goal | None, but: Sequence[float] = ()
 ) -> list[Reach]:
-    """Ways to grasp a thing, those with the base turned in some ways left out; where all are
-    doubtful, some on which the hand is squeezed in.
+    """Ways to grasp a thing, those with the base turned in some ways left out; where links meet
+    something on all, some on which the hand is squeezed in.
     """
     ways = _known_ways(arm, thing, part, goal, but=but)
-    if not all(reach.doubtful for reach in ways):
+    if not all(reach.meets for reach in ways):
         return ways
     squeezed = _known_ways(arm, thing, part, goal, (SQUEEZED,), but)[:SOME]
-    return sorted(squeezed + ways, key=lambda reach: reach.doubtful)
+    return sorted(squeezed + ways, key=lambda reach: reach.meets)
 
 
 def _known_ways(

@@ -118,12 +118,11 @@ class Reach(Way):
         torso: how far it is raised, m.
         room: around the arm's links on the way, m.
         turn: how far the base is turned to the left before, degrees.
-        doubtful: whether the simulator foresees that a link meets something on it, or what it leads
-            to does not suit.
+        meets: whether the simulator foresees that a link meets something on it.
     """
 
     base: Array
     torso: float
     room: float
     turn: float = 0.0
-    doubtful: bool = False
+    meets: bool = False

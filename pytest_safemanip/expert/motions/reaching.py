@@ -106,8 +106,8 @@ def any_heading(
     clearances: Sequence[float] = LINK_CLEARANCES,
     but: Collection[float] = (),
 ) -> list[Reach]:
-    """The ways that are found with the base turned as it is, or else turned otherwise; doubtful
-    ones only where it finds no others.
+    """The ways that are found with the base turned as it is, or else turned otherwise; those on
+    which links meet something only where there are no others with so much room around these.
 
     Args:
         arm: the arm.
@@ -116,14 +116,17 @@ def any_heading(
         but: turns of the base that are left out, degrees.
     """
     headings = [turn for turn in HEADINGS if turn not in but]
-    doubtful: list[Reach] = []
-    for clearance, turn in itertools.product(clearances, headings):
-        with facing(arm, turn):
-            found = [replace(reach, turn=turn) for reach in find(clearance)]
-        if not all(reach.doubtful for reach in found):
-            return found
-        doubtful = doubtful or found
-    return doubtful
+    for clearance in clearances:
+        meeting: list[Reach] = []
+        for turn in headings:
+            with facing(arm, turn):
+                found = [replace(reach, turn=turn) for reach in find(clearance)]
+            if not all(reach.meets for reach in found):
+                return found
+            meeting = meeting or found
+        if meeting:
+            return meeting
+    return []
 
 
 def turned_otherwise(arm: Arm, find: Callable[[Sequence[float]], list[Reach]]) -> list[Reach]:
@@ -206,7 +209,9 @@ class Reaching:
                     continue
                 suited = self._suited(way, straight, suits) if len(kinds) < most else []
                 passing = self._passing(suited)
-                (good if passing else bad).extend(passing or suited or straight)
+                good += passing
+                if not passing:
+                    bad += [replace(reach, meets=True) for reach in suited] or straight
                 seen.update(() if passing else UNFIT * _respects(pose))
                 # From below an edge the arm may get caught: that is not enough.
                 kinds |= {pose.kind} if passing and plain else set()
@@ -214,8 +219,7 @@ class Reaching:
             size = min(2 * size, CHUNKS[1])
             if not found and looked > VAIN:
                 break
-        doubtful = [replace(reach, doubtful=True) for reach in bad]
-        return _varied(good, 2 * most) + _varied(doubtful, min(UNSUITED, most - len(kinds)))
+        return _varied(good, 2 * most) + _varied(bad, min(UNSUITED, most - len(kinds)))
 
     def _suited(
         self, way: Way, reaches: Sequence[Reach], suits: Callable[[Pose], Pose | None]
