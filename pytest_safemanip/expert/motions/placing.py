@@ -32,12 +32,13 @@ from pytest_safemanip.expert.motions.reaching import (
     Reaching,
     any_heading,
     turned_otherwise,
+    varied,
 )
 from pytest_safemanip.expert.motions.travelling import check_bent
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.base import LASTING
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.expert.world.contacts import carriers, palm_meets, supports
+from pytest_safemanip.expert.world.contacts import carriers, palm_meets, supports, touch
 from pytest_safemanip.expert.world.room import Room, walls
 from pytest_safemanip.expert.world.things import Space, Thing, contents, other_things, solid
 from pytest_safemanip.trace.geometry import matrix
@@ -72,7 +73,7 @@ comes down by less than this share of what it should. An arm that reaches far ou
 """
 CARRIED = 0.6
 """Share of the usual speeds on the way."""
-BELOW_RIM = 0.015
+BELOW_RIM = 0.01
 """How far below a vessel's rim what lies in it reaches at least, m."""
 ON_OTHERS = 0.6
 """What speaks against letting something go above what already lies there."""
@@ -177,7 +178,7 @@ def place(
         yield from arm.grip(False)
     yield from withdraw(arm, reach)
     if vessel is not None:
-        check_inside(thing, vessel)
+        check_inside(arm, thing, vessel)
         if vessel.bottom - stood > ALONG:
             raise SkillFailed(f"{vessel.entity} came along")
     elif attitudes not in (laid, dipped):
@@ -287,7 +288,7 @@ class Placing:
         for group, room, reaching in self._groups:
             poses = [pose for spot in group for pose in self._poses(spot, room, grip)]
             found += reaching.find(poses, most, patience=patience)
-        return sorted(found, key=lambda reach: reach.cost)[:most]
+        return varied(found, most)
 
     def _poses(self, spot: Spot, room: Room, held: Grip) -> Iterator[Pose]:
         """How the hand may be with the thing on a spot."""
@@ -484,8 +485,9 @@ def withdraw(arm: Arm, reach: Reach) -> Motion:
         check_bent(arm)
 
 
-def check_inside(thing: Thing, vessel: Thing) -> None:
-    """See whether something lies in a vessel, and not on its rim.
+def check_inside(arm: Arm, thing: Thing, vessel: Thing) -> None:
+    """See whether something lies in a vessel, and not on its rim, nor only on what lies in it:
+    RoboCasa wants the two to touch.
 
     Raises:
         SkillFailed: if it does not.
@@ -494,7 +496,7 @@ def check_inside(thing: Thing, vessel: Thing) -> None:
         abs(float((thing.centre - vessel.middle) @ axis)) > width / 2.0
         for axis, width in vessel.sides_about_middle()
     )
-    if beside or thing.bottom > vessel.highest - BELOW_RIM:
+    if beside or thing.bottom > vessel.highest - BELOW_RIM or not touch(arm, thing, vessel):
         raise SkillFailed(f"{thing.entity} does not lie in {vessel.entity}")
 
 

@@ -219,7 +219,7 @@ class Reaching:
             size = min(2 * size, CHUNKS[1])
             if not found and looked > VAIN:
                 break
-        return _varied(good, 2 * most) + _varied(bad, min(UNSUITED, most - len(kinds)))
+        return varied(good, 2 * most) + varied(bad, min(UNSUITED, most - len(kinds)))
 
     def _suited(
         self, way: Way, reaches: Sequence[Reach], suits: Callable[[Pose], Pose | None]
@@ -514,7 +514,7 @@ def _past(pose: Pose, offset: Array) -> bool:
     return True
 
 
-def _varied(found: Iterable[Reach], most: int) -> list[Reach]:
+def varied(found: Iterable[Reach], most: int) -> list[Reach]:
     """The cheapest, those first that are like none before them."""
     ranks: dict[Hashable, int] = {}
     ordered = []

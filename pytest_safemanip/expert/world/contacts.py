@@ -26,6 +26,14 @@ def carriers(arm: Arm, thing: Thing) -> set[str]:
     return below - {ROBOT}
 
 
+def touch(arm: Arm, one: Thing, other: Thing) -> bool:
+    """Whether two objects touch, however gently."""
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    pairs = zip(contacts.a.tolist(), contacts.b.tolist(), strict=True)
+    wanted = {one.entity, other.entity}
+    return any({parts[a].entity, parts[b].entity} == wanted for a, b in pairs)
+
+
 def loads(arm: Arm, joint: Joint) -> set[str]:
     """The objects that lie on what a joint moves, or on what does."""
     stacked = list(_stacked(arm))

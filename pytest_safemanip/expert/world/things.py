@@ -135,14 +135,16 @@ def other_things(arm: Arm, *own: Thing) -> list[Thing]:
 def contents(arm: Arm, vessel: Thing) -> list[Thing]:
     """What lies in an object, or on it, or on what does."""
     axes = matrix(vessel.pose[3:])
-    half = np.array(arm.scene.bodies[arm.scene.object_index[vessel.entity]].half)
+    half = _half(arm, vessel)
     upright = int(np.argmax(np.abs(axes[2])))
     near = list[tuple[float, Thing]]()
     for thing in other_things(arm, vessel):
         own = (thing.centre - vessel.centre) @ axes
         height = float(own[upright]) * math.copysign(1.0, axes[2, upright])
-        # A plate under something small is not in it; of what leans in it, the box may be lower.
-        high = height > 0.0 or thing.bottom > vessel.bottom - LOWER
+        # A plate under something small is not in it, nor a bowl around it; of what leans in it, the
+        # box may reach lower.
+        leans = height > 0.0 and math.prod(_half(arm, thing)) < math.prod(half)
+        high = leans or thing.bottom > vessel.bottom - LOWER
         if np.delete(np.abs(own) - half, upright).max() < 0.0 and high:
             near.append((height - thing.height / 2.0, thing))
     found, top = list[Thing](), float(half[upright])
@@ -151,6 +153,11 @@ def contents(arm: Arm, vessel: Thing) -> list[Thing]:
             found.append(thing)
             top = max(top, bottom + thing.height)
     return found
+
+
+def _half(arm: Arm, thing: Thing) -> Array:
+    """Half the sides of a thing's own box, m (3,)."""
+    return np.array(arm.scene.bodies[arm.scene.object_index[thing.entity]].half)
 
 
 def spaces_around(arm: Arm, thing: Thing, slack: float = 0.0) -> list[tuple[str, Space]]:

@@ -10,6 +10,7 @@ from pytest_safemanip.expert.world.things import Thing, contents
 from tests import toy
 
 TRAY, CARROT, PLATE = (0.1, 0.1, 0.03), (0.08, 0.02, 0.02), (0.09, 0.09, 0.01)
+BOWL = (0.15, 0.15, 0.04)
 
 
 def seen(half, height, lean=0.0):
@@ -28,9 +29,10 @@ def seen(half, height, lean=0.0):
         (CARROT, 0.93, 0.0, ["apple"]),
         (CARROT, 0.945, 0.6, ["apple"]),  # its box reaches 17 mm below the tray
         (PLATE, 0.89, 0.0, []),
+        (BOWL, 0.935, 0.0, []),
         (CARROT, 1.2, 0.0, []),
     ],
-    ids=["lies in it", "leans in it", "lies below it", "hangs above it"],
+    ids=["lies in it", "leans in it", "lies below it", "is around it", "hangs above it"],
 )
 def test_what_lies_or_leans_in_a_vessel_is_in_it(half, height, lean, inside):
     assert seen(half, height, lean) == inside
