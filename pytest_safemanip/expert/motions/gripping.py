@@ -64,7 +64,7 @@ least, m: its end may be nearer, or beyond where it counts as open.
 GOOD, FEW, MOST_ASKED = 3, 60, 20
 """Ways to grasp something with which there is a way to put it down that are enough, how many poses
 are looked at for that way, and for how many ways to grasp at most."""
-SOME = 8
+MOST_SQUEEZED = 8
 """Ways to grasp something that are offered where the hand is squeezed in, for a rehearsal to tell.
 """
 LIFTED = 0.02
@@ -137,7 +137,7 @@ def _ways(
     ways = _known_ways(arm, thing, part, goal, but=but)
     if not all(reach.meets for reach in ways):
         return ways
-    squeezed = _known_ways(arm, thing, part, goal, (SQUEEZED,), but)[:SOME]
+    squeezed = _known_ways(arm, thing, part, goal, (SQUEEZED,), but)[:MOST_SQUEEZED]
     return sorted(squeezed + ways, key=lambda reach: reach.meets)
 
 

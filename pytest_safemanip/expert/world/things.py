@@ -64,6 +64,11 @@ class Thing:
         return np.asarray(to_world(self.pose, self._body.com), np.float64)
 
     @property
+    def half(self) -> Array:
+        """Half the sides of its box, m (3,)."""
+        return np.array(self._body.half)
+
+    @property
     def corners(self) -> Array:
         """Corners of its box (8, 3)."""
         points = corners(self.pose, self._body.half, self._body.centre)
@@ -135,7 +140,7 @@ def other_things(arm: Arm, *own: Thing) -> list[Thing]:
 def contents(arm: Arm, vessel: Thing) -> list[Thing]:
     """What lies in an object, or on it, or on what does."""
     axes = matrix(vessel.pose[3:])
-    half = _half(arm, vessel)
+    half = vessel.half
     upright = int(np.argmax(np.abs(axes[2])))
     near = list[tuple[float, Thing]]()
     for thing in other_things(arm, vessel):
@@ -143,7 +148,7 @@ def contents(arm: Arm, vessel: Thing) -> list[Thing]:
         height = float(own[upright]) * math.copysign(1.0, axes[2, upright])
         # A plate under something small is not in it, nor a bowl around it; of what leans in it, the
         # box may reach lower.
-        leans = height > 0.0 and math.prod(_half(arm, thing)) < math.prod(half)
+        leans = height > 0.0 and math.prod(thing.half) < math.prod(half)
         high = leans or thing.bottom > vessel.bottom - LOWER
         if np.delete(np.abs(own) - half, upright).max() < 0.0 and high:
             near.append((height - thing.height / 2.0, thing))
@@ -153,11 +158,6 @@ def contents(arm: Arm, vessel: Thing) -> list[Thing]:
             found.append(thing)
             top = max(top, bottom + thing.height)
     return found
-
-
-def _half(arm: Arm, thing: Thing) -> Array:
-    """Half the sides of a thing's own box, m (3,)."""
-    return np.array(arm.scene.bodies[arm.scene.object_index[thing.entity]].half)
 
 
 def spaces_around(arm: Arm, thing: Thing, slack: float = 0.0) -> list[tuple[str, Space]]:
