@@ -44,7 +44,7 @@ from pytest_safemanip.expert.robot.hand import (
     finger_points,
     palm_points,
 )
-from pytest_safemanip.expert.world.contacts import carriers
+from pytest_safemanip.expert.world.contacts import touch
 from pytest_safemanip.expert.world.room import Room, walls
 from pytest_safemanip.expert.world.things import (
     Furniture,
@@ -394,8 +394,10 @@ def lift(arm: Arm, thing: Thing, reach: Reach) -> Motion:
         SkillFailed: if the object did not come along, or if what it lay in did.
     """
     before = thing.underside
-    below = [other for other in other_things(arm, thing) if other.entity in carriers(arm, thing)]
-    high = [other.highest for other in below]
+    # What is light presses on what it lies in too gently to be said to be carried by it.
+    others = other_things(arm, thing, *contents(arm, thing))
+    beside = [other for other in others if touch(arm, thing, other)]
+    high = [other.highest for other in beside]
     arm.stood = {**arm.stood, thing.entity: thing.pose}
     yield from arm.grip(True, 14)
     out = np.append(reach.leave[:2], max(0.03, float(reach.leave[2])))
@@ -410,6 +412,6 @@ def lift(arm: Arm, thing: Thing, reach: Reach) -> Motion:
     if thing.underside - before < LIFTED:
         raise SkillFailed("the object was not lifted")
     # One side of it is enough: fingers that pinch its wall, too, tilt it.
-    for other, height in zip(below, high, strict=True):
+    for other, height in zip(beside, high, strict=True):
         if other.highest - height > LIFTED / 2.0:
             raise SkillFailed(f"{other.entity} came along")

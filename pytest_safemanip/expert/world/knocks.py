@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import collections
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,8 @@ LOAD = 3.5
 """Force of what is held on what it has no reason to touch, N."""
 SHOVED = 0.03
 """How far what the skill is not about may be moved, m."""
+PUSHED = 0.1
+"""How far what something is put on or into may be moved, m."""
 SWUNG = 0.05
 """How far a door that the skill is not about may be moved, share of its travel."""
 SLID, TURNED, SINCE = 0.025, math.radians(16.0), 20
@@ -56,6 +58,7 @@ class Watch:
         scene, entity, allowed = arm.scene, arm.scene.roles, arm.permissions
         self._scene, self._first, self._parts = scene, arm.step, scene.parts
         self._meant = {entity.get(role, role) for role in roles}
+        self._goals = self._meant - {entity.get(role, role) for role in roles[:1]}
         self._doors = [
             number
             for number, joint in enumerate(scene.joints)
@@ -101,6 +104,10 @@ class Watch:
             moved = float(np.linalg.norm(way))
             if moved > SHOVED and body not in carried:
                 return f"{body} was moved by {100 * moved:.0f} cm"
+            if moved > SHOVED and body in self._lost(step, carried):
+                return f"{body} fell off what it lay on"
+            if moved > PUSHED and body in self._goals - self._held(step):
+                return f"{body} was pushed away by {100 * moved:.0f} cm"
         for number in self._doors:
             swung = float(step.joint[number, 0] - self._first.joint[number, 0])
             if abs(swung) > SWUNG:
@@ -110,7 +117,6 @@ class Watch:
     def _with_loads(self, entities: set[str]) -> set[str]:
         """These, and the objects that touched them before the skill, or are allowed to."""
         found, parts = set(entities), self._parts
-        found |= {body for body, below in self._supports.items() if below & entities}
         pairs = [
             (parts[a].entity, parts[b].entity)
             for a, b in self._before
@@ -118,7 +124,17 @@ class Watch:
         ]
         while loads := {other for one, other in pairs if one in found} - found:
             found |= loads
-        return found
+        return found | {body for body, below in self._supports.items() if below & entities}
+
+    def _lost(self, step: Step, carried: set[str]) -> set[str]:
+        """What of carried things touched another of them before the skill, and does not now."""
+
+        def touching(pairs: Iterable[Pair]) -> set[str]:
+            some = [(self._parts[a].entity, self._parts[b].entity) for a, b in pairs]
+            return {one for one, other in some if one != other and other in carried}
+
+        now = touching(pair for pair, _ in self._rows(step, 0.0))
+        return (carried & touching(self._before)) - now - self._meant - self._held(step)
 
     def _more(self, one: int, other: int, force: float) -> bool:
         """Whether parts did not touch before the skill; a limb that did may not press harder."""

@@ -82,7 +82,25 @@ def test_what_the_skill_is_not_about_stays_where_it_is():
 def test_what_lay_in_it_before_comes_along():
     moved = ((0.0, 0.3, 0.95, *toy.UPRIGHT), (0.4, 0.04, 0.94, *toy.UPRIGHT))
     lies_in = touch("apple/body", "mug/body", 0.3)
-    assert not watch(before=(lies_in,)).left(step(object_pose=moved))
+    assert not watch(before=(lies_in,)).left(step(lies_in, object_pose=moved))
+
+
+def test_what_lay_on_it_before_does_not_fall_off():
+    moved = ((0.0, 0.3, 0.95, *toy.UPRIGHT), (0.4, 0.04, 0.94, *toy.UPRIGHT))
+    lies_on = touch("apple/body", "mug/body", 0.3)
+    looking = watch(before=(lies_on,))
+    assert not looking.left(step(lies_on, object_pose=moved))
+    on_counter = touch("apple/body", "counter/body", 0.3)
+    assert looking.left(step(on_counter, object_pose=moved)) == "apple fell off what it lay on"
+
+
+def test_what_something_is_put_on_is_not_pushed_away():
+    def put(far):
+        moved = ((0.0, 0.3, 0.95, *toy.UPRIGHT), (0.4 + far, 0.0, 0.94, *toy.UPRIGHT))
+        return watch(roles=("obj", "apple")).left(step(object_pose=moved))
+
+    assert put(0.12) == "apple was pushed away by 12 cm"
+    assert not put(0.08)
 
 
 def test_what_moves_in_closed_fingers_slips_and_what_open_ones_let_go_does_not():
