@@ -42,7 +42,7 @@ FINGERS_FREE, PALM_FREE = 0.001, 0.003
 LINK_CLEARANCES = (-0.004, -0.02)
 """Least clearance of the balls around the arm's links, m. The links are slimmer than the balls, so
 that the second value is tried where the first one leaves no way."""
-SQUEEZED, GRAZES = -0.025, 0.004
+SQUEEZED, GRAZES = -0.025, 0.007
 """Likewise where the hand has no room otherwise, and how much less is left around it then, m: its
 shape and others are taken for larger than they are, and a rehearsal tells whether they meet."""
 OVERLAP_COST = 50.0

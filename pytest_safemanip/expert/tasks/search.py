@@ -30,6 +30,8 @@ OTHERS_FIRST, OTHERS = 2, 1
 otherwise, and of a later one."""
 MOST_ILL = 3
 """Ways that fail for how something is held before it is given up that another one helps."""
+MOST_LATE = 2
+"""Ways that leave too little time for the rest before it is given up that another one is quicker."""
 MOST_DONE = 4
 """Ways that were done before it is given up that another one helps with what comes after it."""
 MOVED = 0.02
@@ -82,7 +84,7 @@ class Search:
         self._ways, self._best = list[_Way](), list[_Way]()
         self._length, self._left = 0, BUDGET
         self._done, self._reason = -1, ""
-        self._hopeless = self._ill = False
+        self._hopeless = self._ill = self._late = False
         self._visited: set[int] = set()
         self.log: list[str] = []
 
@@ -135,7 +137,7 @@ class Search:
         call, rest = entries[0], entries[1:]
         most = MOST_AGAIN if number in self._visited else MOST_TRIES
         self._visited.add(number)
-        done = ill = 0
+        done = ill = late = 0
         alternatives = Alternatives(OTHERS if number else OTHERS_FIRST)
         for choices in itertools.islice(alternatives, most):
             if self._left <= 0:
@@ -160,8 +162,10 @@ class Search:
             self._undo(state)
             del self._ways[depth:]
             hopeless &= not choices.decided
-            if hopeless or done == MOST_DONE or (number and ill == MOST_ILL):
+            late += self._late
+            if hopeless or done == MOST_DONE or late == MOST_LATE or (number and ill == MOST_ILL):
                 break
+        self._late = late > 0
         return False
 
     def _try(self, call: Call, choices: Choices) -> tuple[str, bool]:
@@ -171,12 +175,13 @@ class Search:
             What is wrong with it, empty if nothing is; whether the task succeeded.
         """
         arm = self._arm
-        self._hopeless = self._ill = False
+        self._hopeless = self._ill = self._late = False
         arm.choices, before = choices, arm.step.joint[:, 0].copy()
         watch = Watch(arm, call.roles)
         try:
             for action in self._motion(call):
                 if not self._step(action):
+                    self._late = True
                     return "there is no time left", False
                 if self._over():
                     return watch.wrong(arm.step) or self._later(watch), True
