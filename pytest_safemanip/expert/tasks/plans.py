@@ -16,6 +16,8 @@ from pytest_safemanip.spec.yamlfile import Section, Texts
 from pytest_safemanip.spec.yamlfile import load as load_yaml
 from pytest_safemanip.spec.yamlfile import parse as parse_yaml
 
+MOST = 60
+"""Skills of a plan: a search holds as many copies of the simulator."""
 Errands = Mapping[str, tuple[Call, ...]]
 """Skills by the role of the object that they begin with; what stands nearest comes first."""
 Alternatives = tuple[tuple[Call, ...], ...]
@@ -58,7 +60,10 @@ class _NoPlan(ValueError):
 def _plan(texts: Texts) -> tuple[Entry, ...]:
     if not isinstance(texts, list):
         raise _NoPlan("expected a list of skills, such as [grasp obj, place obj in cab]")
-    return tuple(map(_entry, texts))
+    entries = tuple(map(_entry, texts))
+    if (number := len(calls_of(entries))) > MOST:
+        raise _NoPlan(f"{number} skills; a search for a way to do them takes {MOST} at most")
+    return entries
 
 
 def _entry(entry: Texts) -> Entry:
@@ -106,7 +111,7 @@ def plan_of(entries: tuple[Entry, ...]) -> Plan:
                 arm,
                 arm.rehearsal,
                 lambda entry: ways_on(arm, entry),
-                lambda call: SKILLS[call.skill](arm, *call.roles),
+                lambda call: _perform(arm, call),
             ).plan(entries)
             return
         left = entries
@@ -116,11 +121,23 @@ def plan_of(entries: tuple[Entry, ...]) -> Plan:
                 continue
             call, left = left[0], left[1:]
             try:
-                yield from SKILLS[call.skill](arm, *call.roles)
+                yield from _perform(arm, call)
             except SkillFailed as error:
                 raise SkillFailed(f"{call.text}: {error}") from error
 
     return plan
+
+
+def _perform(arm: Arm, call: Call) -> Motion:
+    """The motion of a call.
+
+    Raises:
+        ConfigError: if a role is a fixture where an object is wanted, or the other way round.
+    """
+    try:
+        yield from SKILLS[call.skill](arm, *call.roles)
+    except ConfigError as error:
+        raise ConfigError(f"plan: {call.text!r}: {error}") from None
 
 
 def _check_roles(arm: Arm, entries: tuple[Entry, ...]) -> None:

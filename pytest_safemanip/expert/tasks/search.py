@@ -165,7 +165,7 @@ class Search:
             late += self._late
             if hopeless or done == MOST_DONE or late == MOST_LATE or (number and ill == MOST_ILL):
                 break
-        self._late = late > 0
+        self._late = late == MOST_LATE
         return False
 
     def _try(self, call: Call, choices: Choices) -> tuple[str, bool]:
@@ -175,6 +175,8 @@ class Search:
             What is wrong with it, empty if nothing is; whether the task succeeded.
         """
         arm = self._arm
+        # What does nothing takes its time, too.
+        self._left -= 1
         self._hopeless = self._ill = self._late = False
         arm.choices, before = choices, arm.step.joint[:, 0].copy()
         watch = Watch(arm, call.roles)

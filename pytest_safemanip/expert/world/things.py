@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.trace.elements import Joint, Switch
@@ -35,11 +36,16 @@ class Thing:
 
     Attributes:
         entity: its entity.
+
+    Raises:
+        ConfigError: if it is a fixture.
     """
 
     def __init__(self, arm: Arm, role: str) -> None:
         self._arm = arm
         self.entity = arm.scene.roles.get(role, role)
+        if self.entity not in arm.scene.object_index:
+            raise ConfigError(f"{role} is a fixture, and an object is wanted there")
         self._index = arm.scene.object_index[self.entity]
         self._body = arm.scene.bodies[self._index]
 
@@ -198,11 +204,16 @@ class Furniture:
     Args:
         arm: gives the newest step.
         role: the task's name for it, or the name of its entity.
+
+    Raises:
+        ConfigError: if it is an object.
     """
 
     def __init__(self, arm: Arm, role: str) -> None:
         self._arm = arm
         self.entity = arm.scene.roles.get(role, role)
+        if self.entity in arm.scene.object_index:
+            raise ConfigError(f"{role} is an object, and a fixture is wanted there")
 
     def tray(self) -> Array:
         """Where it pours, at the height of what a cup stands on there (3,)."""
@@ -217,9 +228,30 @@ class Furniture:
         return [joint for joint in self.joints() if joint.gives_access]
 
     def joint(self, part: str) -> Joint:
-        """The joint of the one such part (:class:`Part`) that it has, or of a door by its name."""
-        scene = self._arm.scene
-        return scene.joints[scene.joint_index[f"{self.entity}/{part}"]]
+        """The joint of the one such part (:class:`Part`) that it has, or of a door by its name.
+
+        Raises:
+            SkillFailed: if it has none.
+        """
+        scene, key = self._arm.scene, f"{self.entity}/{part}"
+        if key not in scene.joint_index:
+            raise self._lacks(part)
+        return scene.joints[scene.joint_index[key]]
+
+    def first(self, part: str) -> Joint:
+        """The joint of the first of such parts that it has.
+
+        Raises:
+            SkillFailed: if it has none.
+        """
+        found = self.joints(part)
+        if not found:
+            raise self._lacks(part)
+        return found[0]
+
+    def _lacks(self, part: str) -> SkillFailed:
+        name = part.name.lower().replace("_", " ") if isinstance(part, Part) else part
+        return SkillFailed(f"{self.entity} has no {name}")
 
     def joints(self, part: str = "") -> list[Joint]:
         """The joints of all such parts, or of all parts."""
@@ -239,9 +271,15 @@ class Furniture:
         return bool(found) and not any(on for _, on in found)
 
     def knob_under(self, point: Array) -> Joint:
-        """The knob of the burner that is nearest to a point."""
+        """The knob of the burner that is nearest to a point.
+
+        Raises:
+            SkillFailed: if it has no burners.
+        """
         scene, poses = self._arm.scene, self._arm.step.box_pose
         burners = scene.boxes_of(self.entity, "burner")
+        if not burners:
+            raise self._lacks("burner")
         nearest = min(burners, key=lambda k: float(np.linalg.norm(poses[k][:2] - point[:2])))
         name = scene.boxes[nearest].name
         (knob,) = [switch.joint for switch, _ in self._switches() if switch.name == name]
@@ -260,7 +298,7 @@ class Furniture:
         """
         racks = self.joints(Part.RACK)
         if not racks:
-            raise SkillFailed(f"{self.entity} has no rack")
+            raise self._lacks(Part.RACK)
         return max(racks, key=lambda rack: rack.pose[2])
 
     def button(self, name: str) -> Joint:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from pytest_safemanip.errors import ConfigError
-from pytest_safemanip.expert.robot.arm import Arm
+from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.tasks.calls import Call
 from pytest_safemanip.expert.tasks.plans import CALLS, EXPERT, plan_of, read, ways_on
 from pytest_safemanip.expert.tasks.skills import SKILLS, parse
@@ -68,6 +68,7 @@ def test_what_is_no_skill_is_refused(text, message):
         ("mine: [[[[grasp obj]]]]", "key 'mine': expected a skill, found ['grasp obj']; skills"),
         ("mine: [grasp obj]\nmine: [grasp obj]", "plans.yaml:2: key 'mine' is given twice"),
         ("mine: [3]", "key 'mine': expected text (in quotes"),
+        (f"mine: [{', '.join(['grasp obj'] * 61)}]", "key 'mine': 61 skills; a search for a way"),
         ("", "plans.yaml:1: the file is empty"),
     ],
 )
@@ -94,6 +95,40 @@ def test_a_role_that_the_task_has_not_is_refused_before_anything_moves():
     plan = plan_of(read("mine: [grasp obj, place obj in cad]")["mine"])
     scene = dataclasses.replace(toy.SCENE, roles={"obj": "mug", "cab": "cabinet"})
     with pytest.raises(ConfigError, match=r"place obj in cad.*no role 'cad'; did you mean 'cab'"):
+        next(plan(Arm(scene, toy.at_rest())))
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        ("grasp cab", "'grasp cab': cab is a fixture, and an object is wanted there"),
+        ("open obj", "'open obj': obj is an object, and a fixture is wanted there"),
+    ],
+)
+def test_a_role_of_the_wrong_kind_is_refused(call, message):
+    plan = plan_of(read(f"mine: [{call}]")["mine"])
+    scene = dataclasses.replace(toy.SCENE, roles={"obj": "mug", "cab": "cabinet"})
+    with pytest.raises(ConfigError) as caught:
+        next(plan(Arm(scene, toy.at_rest())))
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("call", "missing"),
+    [
+        ("turn_on cab", "tap lever"),
+        ("turn spout of cab", "spout"),
+        ("turn timer of cab", "timer"),
+        ("open head of cab", "mixer head"),
+        ("slide rack of cab", "rack"),
+        ("wait for cab", "toaster lever"),
+        ("turn_on burner of cab under obj", "burner"),
+    ],
+)
+def test_a_fixture_without_the_part_that_is_moved_ends_the_plan_with_that(call, missing):
+    plan = plan_of(read(f"mine: [{call}]")["mine"])
+    scene = dataclasses.replace(toy.SCENE, roles={"obj": "mug", "cab": "cabinet"})
+    with pytest.raises(SkillFailed, match=f"cabinet has no {missing}"):
         next(plan(Arm(scene, toy.at_rest())))
 
 

@@ -10,6 +10,7 @@ import pytest
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, NoWay, SkillFailed
 from pytest_safemanip.expert.robot.choices import GRASP
 from pytest_safemanip.expert.tasks.calls import read
+from pytest_safemanip.expert.tasks import search as searching
 from pytest_safemanip.expert.tasks.search import Search
 from pytest_safemanip.sim.rehearsal import Rehearsal, Trials
 from tests import toy
@@ -105,8 +106,19 @@ def carry(arm):
     yield from advance(arm)
 
 
+def dawdle(arm):
+    for _ in range(20 + arm.choices.choose("how slowly", range(10))):
+        yield from go(arm, 0.0, 0.0)
+
+
+def rest(arm):
+    yield from ()
+
+
 SKILLS = {
     "hold": hold,
+    "dawdle": dawdle,
+    "rest": rest,
     "carry": carry,
     "shift": shift,
     "advance": advance,
@@ -237,3 +249,17 @@ def test_after_what_was_held_ill_another_grasp_comes_before_anything_else():
         "0 hold [usual]: ok",
         "0 hold [way to grasp 1]: ok",
     ]
+
+
+def test_what_runs_out_of_time_in_two_ways_is_not_tried_in_a_third():
+    _, reason, search, _ = play("shift", "dawdle", horizon=15)
+    assert reason == "dawdle: there is no time left"
+    tries = [line for line in search.log if line.startswith("1 ")]
+    done = [line for line in search.log if line.startswith("0 ") and line.endswith("ok")]
+    assert len(tries) == 2 * len(done)
+
+
+def test_what_takes_no_time_is_not_tried_for_ever(monkeypatch):
+    monkeypatch.setattr(searching, "BUDGET", 100)
+    *_, search, _ = play(*[[["rest"], ["rest"]]] * 20, "refuse")
+    assert len(search.log) < 150
