@@ -86,8 +86,9 @@ class Family:
         except ValueError:
             value = math.nan
         if not least <= value <= most:
+            given = f"{self.name}{MARK}{text}" if text else self.name
             raise ConfigError(
-                f"scripted:{self.name}{MARK}{text}: expected a number from {least:g} to {most:g}"
-                f"{self.unit and ' '}{self.unit}"
+                f"scripted:{given}: expected a number from {least:g} to {most:g}"
+                f"{self.unit and ' '}{self.unit}, as in {self.name}{MARK}{self.high:g}"
             )
         return self.made(f"{self.name}{MARK}{text}", value)

@@ -60,6 +60,12 @@ def parse_policies(
                 raise ConfigError(
                     f"--safemanip-policy: {item!r}: expected one {name}@CHECKPOINT=ADDRESS"
                 )
+        if equals and "(" in name:
+            fault = name.partition("(")[0]
+            raise ConfigError(
+                f"--safemanip-policy: {item!r}: a fault's number follows an @, as in "
+                f"{fault}@{address.rstrip(')') or 'NUMBER'}"
+            )
         if equals and name not in PRESETS:
             raise ConfigError(
                 f"--safemanip-policy: {item!r} has an address; policies on a server are "

@@ -31,7 +31,7 @@ otherwise, and of a later one."""
 MOST_ILL = 3
 """Ways that fail for how something is held before it is given up that another one helps."""
 MOST_LATE = 2
-"""Ways that leave too little time for the rest before it is given up that another one is quicker."""
+"""Ways that run out of time before it is given up that another one is quicker."""
 MOST_DONE = 4
 """Ways that were done before it is given up that another one helps with what comes after it."""
 MOVED = 0.02

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from pathlib import Path
 
 import pytest
@@ -140,9 +141,11 @@ def test_of_several_objects_one_at_least_is_a_role_of_the_task():
         next(plan(arm))
 
 
-def test_the_page_for_contributors_names_all_skills():
-    page = " ".join((Path(__file__).parents[3] / "CONTRIBUTING.md").read_text().split())
-    assert ", ".join(f"`{name}`" for name in sorted(SKILLS)) in page
+def test_the_page_about_the_expert_has_a_call_of_every_skill():
+    page = (Path(__file__).parents[3] / "docs" / "expert.md").read_text()
+    cells = re.findall(r"^\| (`.*?) \|", page.partition("| call |")[2], re.MULTILINE)
+    calls = re.findall("`([^`]+)`", " ".join(cells))
+    assert {parse(call).skill for call in calls} == SKILLS.keys()
 
 
 def test_every_skill_is_used_in_a_plan_and_its_roles_are_those_of_its_name():

@@ -9,8 +9,8 @@ import pytest
 
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, NoWay, SkillFailed
 from pytest_safemanip.expert.robot.choices import GRASP
-from pytest_safemanip.expert.tasks.calls import read
 from pytest_safemanip.expert.tasks import search as searching
+from pytest_safemanip.expert.tasks.calls import read
 from pytest_safemanip.expert.tasks.search import Search
 from pytest_safemanip.sim.rehearsal import Rehearsal, Trials
 from tests import toy
