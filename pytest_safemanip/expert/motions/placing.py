@@ -77,14 +77,16 @@ BELOW_RIM = 0.01
 """How far below a vessel's rim what lies in it reaches at least, m."""
 ON_OTHERS = 0.6
 """What speaks against letting something go above what already lies there."""
-JUTS = 2.0
-"""What speaks against letting something go that is not wholly where it is to be."""
+JUTS, MOSTLY = 2.0, 5
+"""What speaks against letting something go that is not wholly where it is to be, and how many of
+its box's corners are out of there when most of it is.
+"""
 LEVEL, HIGHER_UP = 0.01, 0.03
 """What is no lower than what something is to stand on, and no higher than that, would be taken for
 what carries it, m."""
 PRECISELY = 0.004
 """How far beside its way down the hand may be, m."""
-FALLS = 0.05
+FALLS = 0.04
 """How far something may fall that is let go, m."""
 ALONG = 0.01
 """How far a vessel may rise when the hand leaves it, m."""
@@ -344,8 +346,10 @@ class Placing:
         heights = []
         for higher in HIGHER + (DIPPED if self._dipped else self._into(spot.hollow)):
             middle = spot.point - np.append(end[:2], lowest - OVER - higher)
-            juts = JUTS * (_juts(spot, box + middle) or strange)
-            heights.append((higher, middle, 5.0 * higher + juts))
+            out = _out(spot, box + middle)
+            if out < MOSTLY:
+                juts = JUTS * (out > 0 or strange)
+                heights.append((higher, middle, 5.0 * higher + juts))
         return load, others, heights
 
     def _into(self, hollow: str) -> tuple[float, ...]:
@@ -404,13 +408,13 @@ def _over(spot: Spot, com: Array) -> bool:
     return bool((off < half - np.minimum(INSIDE, half / 2.0)).all())
 
 
-def _juts(spot: Spot, box: Array) -> bool:
-    """Whether something with box (8, 3) juts out of where it is to be, not at its floor."""
+def _out(spot: Spot, box: Array) -> int:
+    """How many corners of a box (8, 3) are out of where it is to be, not at its floor."""
     if spot.space is None:
-        return False
+        return 0
     pose, half = spot.space
     own = (box - pose[:3]) @ matrix(pose[3:])
-    return bool((own[:, 2] > half[2]).any() or (np.abs(own[:, :2]) > half[:2]).any())
+    return int(((own[:, 2] > half[2]) | (np.abs(own[:, :2]) > half[:2]).any(axis=1)).sum())
 
 
 def set_down(
