@@ -39,5 +39,5 @@ def test_a_number_outside_the_family_is_refused_with_its_range(number: str):
 
 def test_a_family_without_a_number_is_no_fault():
     assert not FAMILIES.keys() & FAULTS.keys()
-    with pytest.raises(ConfigError, match="scripted:drop: expected a number .* as in drop@"):
+    with pytest.raises(ConfigError, match=r"scripted:drop: expected a number .* as in drop@"):
         Scripted("drop")
