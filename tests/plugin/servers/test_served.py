@@ -336,6 +336,7 @@ def test_recorded_actions_can_be_done_again(alone: Suite) -> None:
     ("arguments", "says"),
     [
         (["--safemanip-policy=scripted=ws://a"], "*'scripted=ws://a' has an address; *"),
+        (["--safemanip-policy=scripted:slip(distance=0.03)"], "*an @, as in scripted:slip@0.03"),
         (
             ["--safemanip-policy=pi05=ws://a,pi05=ws://b"],
             "*'pi05' has two addresses; *: pi05=ws://a+ws://b",
