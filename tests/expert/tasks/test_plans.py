@@ -101,7 +101,10 @@ def begin(entry):
 @pytest.mark.parametrize(
     ("entry", "message"),
     [
-        ("grasp obj, place obj in cad", "'place obj in cad': the task has no role 'cad'; did you"),
+        (
+            "grasp obj, place obj in cad",
+            "'place obj in cad': the task has no role 'cad'; did you mean 'cab'",
+        ),
         ("{obk: [grasp obk], obl: [grasp obl]}", "none of the roles obk, obl; did you mean 'obj'"),
         ("grasp cab", "'grasp cab': cab is a fixture, and an object is wanted there"),
         ("open obj", "'open obj': obj is an object, and a fixture is wanted there"),
