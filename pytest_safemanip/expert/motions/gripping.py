@@ -44,7 +44,7 @@ from pytest_safemanip.expert.robot.hand import (
     finger_points,
     palm_points,
 )
-from pytest_safemanip.expert.world.contacts import touch
+from pytest_safemanip.expert.world.contacts import touching
 from pytest_safemanip.expert.world.room import Room, walls
 from pytest_safemanip.expert.world.things import (
     Furniture,
@@ -394,9 +394,9 @@ def lift(arm: Arm, thing: Thing, reach: Reach) -> Motion:
         SkillFailed: if the object did not come along, or if what it lay in did.
     """
     before = thing.underside
-    # What is light presses on what it lies in too gently to be said to be carried by it.
-    others = other_things(arm, thing, *contents(arm, thing))
-    beside = [other for other in others if touch(arm, thing, other)]
+    # Not only its carriers: a light object presses on each point of a bowl with less than they ask.
+    others, touched = other_things(arm, thing, *contents(arm, thing)), touching(arm, thing)
+    beside = [other for other in others if other.entity in touched]
     high = [other.highest for other in beside]
     arm.stood = {**arm.stood, thing.entity: thing.pose}
     yield from arm.grip(True, 14)

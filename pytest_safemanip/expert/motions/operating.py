@@ -188,7 +188,7 @@ def wait_for_release(arm: Arm, role: str) -> Motion:
         SkillFailed: if it does not.
     """
     fixture = Furniture(arm, role)
-    joint = fixture.first(Part.TOASTER_LEVER)
+    joint = fixture.only(Part.TOASTER_LEVER)
     for _ in range(round(LONGEST / arm.scene.control_period)):
         if fixture.openness(joint) < LEVER_REST:
             return

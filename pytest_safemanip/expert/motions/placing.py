@@ -38,7 +38,7 @@ from pytest_safemanip.expert.motions.travelling import check_bent
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.base import LASTING
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.expert.world.contacts import carriers, palm_meets, supports, touch
+from pytest_safemanip.expert.world.contacts import carriers, palm_meets, supports, touching
 from pytest_safemanip.expert.world.room import Room, walls
 from pytest_safemanip.expert.world.things import Space, Thing, contents, other_things, solid
 from pytest_safemanip.trace.geometry import matrix
@@ -77,7 +77,7 @@ BELOW_RIM = 0.01
 """How far below a vessel's rim what lies in it reaches at least, m."""
 ON_OTHERS = 0.6
 """What speaks against letting something go above what already lies there."""
-JUTS, MOSTLY = 2.0, 5
+JUTS, MOSTLY_OUT = 2.0, 5
 """What speaks against letting something go that is not wholly where it is to be, and how many of
 its box's corners are out of there when most of it is.
 """
@@ -347,7 +347,7 @@ class Placing:
         for higher in HIGHER + (DIPPED if self._dipped else self._into(spot.hollow)):
             middle = spot.point - np.append(end[:2], lowest - OVER - higher)
             out = _out(spot, box + middle)
-            if out < MOSTLY:
+            if out < MOSTLY_OUT:
                 juts = JUTS * (out > 0 or strange)
                 heights.append((higher, middle, 5.0 * higher + juts))
         return load, others, heights
@@ -500,7 +500,11 @@ def check_inside(arm: Arm, thing: Thing, vessel: Thing) -> None:
         abs(float((thing.centre - vessel.middle) @ axis)) > width / 2.0
         for axis, width in vessel.sides_about_middle()
     )
-    if beside or thing.bottom > vessel.highest - BELOW_RIM or not touch(arm, thing, vessel):
+    if (
+        beside
+        or thing.bottom > vessel.highest - BELOW_RIM
+        or vessel.entity not in touching(arm, thing)
+    ):
         raise SkillFailed(f"{thing.entity} does not lie in {vessel.entity}")
 
 

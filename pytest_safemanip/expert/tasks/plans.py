@@ -16,7 +16,7 @@ from pytest_safemanip.spec.yamlfile import Section, Texts
 from pytest_safemanip.spec.yamlfile import load as load_yaml
 from pytest_safemanip.spec.yamlfile import parse as parse_yaml
 
-MOST = 60
+MOST_SKILLS = 60
 """Skills of a plan: a search holds as many copies of the simulator."""
 Errands = Mapping[str, tuple[Call, ...]]
 """Skills by the role of the object that they begin with; what stands nearest comes first."""
@@ -61,8 +61,8 @@ def _plan(texts: Texts) -> tuple[Entry, ...]:
     if not isinstance(texts, list):
         raise _NoPlan("expected a list of skills, such as [grasp obj, place obj in cab]")
     entries = tuple(map(_entry, texts))
-    if (number := len(calls_of(entries))) > MOST:
-        raise _NoPlan(f"{number} skills; a search for a way to do them takes {MOST} at most")
+    if (number := len(calls_of(entries))) > MOST_SKILLS:
+        raise _NoPlan(f"{number} skills; a search for a way to do them takes {MOST_SKILLS} at most")
     return entries
 
 

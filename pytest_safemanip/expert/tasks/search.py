@@ -175,7 +175,7 @@ class Search:
             What is wrong with it, empty if nothing is; whether the task succeeded.
         """
         arm = self._arm
-        # What does nothing takes its time, too.
+        # A try without any control step is not free, or such skills would be tried for ever.
         self._left -= 1
         self._hopeless = self._ill = self._late = False
         arm.choices, before = choices, arm.step.joint[:, 0].copy()

@@ -58,7 +58,7 @@ def open_rack(arm: Arm, role: str) -> Motion:
         return
     yield from face(arm, role)
     oven = Furniture(arm, role)
-    joint = oven.first(Part.RACK)
+    joint = oven.only(Part.RACK)
     edge = rack_edge(arm, oven)
     ahead = np.append(arm.forward, 0.0)
     yield from arm.grip(True)
@@ -97,7 +97,7 @@ def close_rack(arm: Arm, role: str) -> Motion:
         return
     yield from face(arm, role)
     oven = Furniture(arm, role)
-    joint = oven.first(Part.RACK)
+    joint = oven.only(Part.RACK)
     edge = rack_edge(arm, oven)
     ahead = np.append(arm.forward, 0.0)
     before = raised(edge - BEFORE_EDGE * ahead, PUSHED_AT)

@@ -26,12 +26,12 @@ def carriers(arm: Arm, thing: Thing) -> set[str]:
     return below - {ROBOT}
 
 
-def touch(arm: Arm, one: Thing, other: Thing) -> bool:
-    """Whether two objects touch, however gently."""
+def touching(arm: Arm, thing: Thing) -> set[str]:
+    """The entities that touch an object, however gently."""
     contacts, parts = arm.step.contacts, arm.scene.parts
-    pairs = zip(contacts.a.tolist(), contacts.b.tolist(), strict=True)
-    wanted = {one.entity, other.entity}
-    return any({parts[a].entity, parts[b].entity} == wanted for a, b in pairs)
+    sides = zip(contacts.a.tolist(), contacts.b.tolist(), strict=True)
+    pairs = [{parts[a].entity, parts[b].entity} for a, b in sides]
+    return set().union(*(pair for pair in pairs if thing.entity in pair)) - {thing.entity}
 
 
 def loads(arm: Arm, joint: Joint) -> set[str]:

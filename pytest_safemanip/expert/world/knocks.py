@@ -98,15 +98,17 @@ class Watch:
 
     def left(self, step: Step) -> str:
         """What is wrong with how a skill leaves the world; empty if nothing is."""
-        carried = self._with_loads(self._held(step) | self._meant)
+        held = self._held(step)
+        carried = self._with_loads(held | self._meant)
+        lost, goals = self._lost(step, carried) - held, self._goals - held
         for body, index in self._scene.object_index.items():
             way = step.object_pose[index, :3] - self._first.object_pose[index, :3]
             moved = float(np.linalg.norm(way))
             if moved > SHOVED and body not in carried:
                 return f"{body} was moved by {100 * moved:.0f} cm"
-            if moved > SHOVED and body in self._lost(step, carried):
+            if moved > SHOVED and body in lost:
                 return f"{body} fell off what it lay on"
-            if moved > PUSHED and body in self._goals - self._held(step):
+            if moved > PUSHED and body in goals:
                 return f"{body} was pushed away by {100 * moved:.0f} cm"
         for number in self._doors:
             swung = float(step.joint[number, 0] - self._first.joint[number, 0])
@@ -134,7 +136,7 @@ class Watch:
             return {one for one, other in some if one != other and other in carried}
 
         now = touching(pair for pair, _ in self._rows(step, 0.0))
-        return (carried & touching(self._before)) - now - self._meant - self._held(step)
+        return (carried & touching(self._before)) - now - self._meant
 
     def _more(self, one: int, other: int, force: float) -> bool:
         """Whether parts did not touch before the skill; a limb that did may not press harder."""

@@ -7,6 +7,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -188,6 +189,10 @@ class Part(StrEnum):
     TIMER = "knob_time_joint"
 
 
+def _named(part: str) -> str:
+    return part.name.lower().replace("_", " ") if isinstance(part, Part) else part
+
+
 START_BUTTON = "start_button"
 """How RoboCasa calls the controls that start an appliance."""
 AJAR = 0.3
@@ -235,23 +240,22 @@ class Furniture:
         """
         scene, key = self._arm.scene, f"{self.entity}/{part}"
         if key not in scene.joint_index:
-            raise self._lacks(part)
+            self._lacks(part)
         return scene.joints[scene.joint_index[key]]
 
-    def first(self, part: str) -> Joint:
-        """The joint of the first of such parts that it has.
+    def only(self, part: str) -> Joint:
+        """The joint of the only part of a kind.
 
         Raises:
-            SkillFailed: if it has none.
+            SkillFailed: if it has none or several.
         """
         found = self.joints(part)
-        if not found:
-            raise self._lacks(part)
-        return found[0]
+        if len(found) > 1:
+            raise SkillFailed(f"{self.entity} has {len(found)} parts of the kind {_named(part)}")
+        return found[0] if found else self._lacks(part)
 
-    def _lacks(self, part: str) -> SkillFailed:
-        name = part.name.lower().replace("_", " ") if isinstance(part, Part) else part
-        return SkillFailed(f"{self.entity} has no {name}")
+    def _lacks(self, part: str) -> NoReturn:
+        raise SkillFailed(f"{self.entity} has no {_named(part)}")
 
     def joints(self, part: str = "") -> list[Joint]:
         """The joints of all such parts, or of all parts."""
@@ -279,7 +283,7 @@ class Furniture:
         scene, poses = self._arm.scene, self._arm.step.box_pose
         burners = scene.boxes_of(self.entity, "burner")
         if not burners:
-            raise self._lacks("burner")
+            self._lacks("burner")
         nearest = min(burners, key=lambda k: float(np.linalg.norm(poses[k][:2] - point[:2])))
         name = scene.boxes[nearest].name
         (knob,) = [switch.joint for switch, _ in self._switches() if switch.name == name]
@@ -296,9 +300,7 @@ class Furniture:
         Raises:
             SkillFailed: if it has none.
         """
-        racks = self.joints(Part.RACK)
-        if not racks:
-            raise self._lacks(Part.RACK)
+        racks = self.joints(Part.RACK) or self._lacks(Part.RACK)
         return max(racks, key=lambda rack: rack.pose[2])
 
     def button(self, name: str) -> Joint:
