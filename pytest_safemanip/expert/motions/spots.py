@@ -34,9 +34,10 @@ OFF_BURNER = (0.0, 0.02, -0.02, 0.04, -0.04)
 """How far beside the middle of a burner, ahead and aside, something may stand, m."""
 BESIDE = (0.0, 0.04, -0.04, 0.08, -0.08)
 """How far beside a point, ahead and to the left, m."""
-SHIFTED, UNDER_WATER = (0.0, -0.03, 0.03, -0.06, 0.06, -0.09, 0.09), 0.4
-"""How far beside where water falls a vessel may stand, ahead and aside, m, and how far at most, as
-a share of its width."""
+SHIFTED = (0.0, *(sign * far for far in (0.03, 0.06, 0.09, 0.12, 0.15) for sign in (-1.0, 1.0)))
+"""How far beside where water falls a vessel may stand, ahead and aside, m."""
+UNDER_WATER = 0.45
+"""How far beside it at most, as a share of the vessel's diagonal: RoboCasa wants it within half."""
 POURED = (0.0, -0.01, -0.02, -0.03, 0.01), (0.0, 0.01, -0.01, 0.02, -0.02)
 """How far ahead and to the left of where a machine pours a cup may stand, m."""
 REACHABLE = 1.12
@@ -219,11 +220,12 @@ def under_tap(arm: Arm, thing: Thing, sink: Furniture) -> list[Spot]:
     """Where the water of a tap falls into something that its basin has room for."""
     water, _ = sink.water()
     basin, half = sink.interior(water[:3])
-    wide = thing.sides()[0][1]
-    room = np.maximum(half - wide / 2.0, FROM_EDGE)
+    narrow, wide = (width for _, width in thing.sides())
+    room = np.maximum(half - narrow / 2.0, FROM_EDGE)
+    most = UNDER_WATER * math.hypot(wide, narrow)
     found = []
     for spot in around(arm, np.append(water[:2], basin[2] - half[2]), SHIFTED, SHIFTED):
         off = np.abs((spot.point - basin[:3]) @ matrix(basin[3:]))
-        if spot.cost < 2.0 * UNDER_WATER * wide and (off < room)[:2].all():
+        if spot.cost < 2.0 * most and (off < room)[:2].all():
             found.append(spot)
     return found
