@@ -22,6 +22,8 @@ TIPPINGS = (25.0, 50.0, -25.0)
 """
 SLOPES = (70.0, 60.0, 80.0, 50.0)
 """How steeply a stick is dipped, degrees."""
+MIDDLE = 0.02
+"""So near to its middle a stick is held there, m."""
 ASKEW, FLIPPED = math.radians(2.0), math.radians(170.0)
 """How askew something hangs that is set upright again, at least and at most, rad."""
 LEANT = math.cos(math.radians(35.0))
@@ -62,13 +64,17 @@ def laid(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
 
 
 def dipped(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
-    """With its longest axis steep, one end down: that which is nearer to the robot first."""
+    """With its longest axis steep, the end down that is not held, and before the robot, for then
+    the hand points ahead; either end, if it is held near its middle.
+    """
     axes = matrix(thing.pose[3:])
     longest = axes[:, int(np.argmax([thing.reach(axes[:, k]) for k in range(3)]))]
-    near = longest * -math.copysign(1.0, arm.ahead(longest))
+    off = float((thing.centre - arm.position) @ longest)
+    free = longest * math.copysign(1.0, off)
     found = []
-    for way, other in ((near, 0.0), (-near, 0.3)):
+    for way, other in ((free, 0.0), (-free, 0.3))[: 1 if abs(off) > MIDDLE else 2]:
         level = way * (1.0, 1.0, 0.0) / np.linalg.norm(way[:2])
+        back = math.atan2(-arm.aside(level), -arm.ahead(level))
         for number, slope in enumerate(SLOPES):
             down = math.cos(math.radians(slope)) * level
             down[2] = -math.sin(math.radians(slope))
@@ -76,7 +82,7 @@ def dipped(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
             angle = math.atan2(float(np.linalg.norm(axis)), float(way @ down))
             turn = np.asarray(matrix(about(axis / np.linalg.norm(axis), angle)))
             found += [
-                (about_z(yaw) @ turn, other + 0.1 * number + 0.002 * abs(yaw))
+                (about_z(yaw - math.degrees(back)) @ turn, other + 0.1 * number + 0.002 * abs(yaw))
                 for yaw in (0.0, 30.0, -30.0, 60.0, -60.0)
             ]
     return found

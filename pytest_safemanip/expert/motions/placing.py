@@ -77,9 +77,9 @@ BELOW_RIM = 0.01
 """How far below a vessel's rim what lies in it reaches at least, m."""
 ON_OTHERS = 0.6
 """What speaks against letting something go above what already lies there."""
-JUTS, MOSTLY_OUT = 2.0, 5
+JUTS, MOSTLY_OUT = 2.0, 4
 """What speaks against letting something go that is not wholly where it is to be, and how many of
-its box's corners are out of there when most of it is.
+its box's corners are out of there when half of it is.
 """
 LEVEL, HIGHER_UP = 0.01, 0.03
 """What is no lower than what something is to stand on, and no higher than that, would be taken for
