@@ -40,6 +40,9 @@ UNDER_WATER = 0.45
 """How far beside it at most, as a share of the vessel's diagonal: RoboCasa wants it within half."""
 POURED = (0.0, -0.01, -0.02, -0.03, 0.01), (0.0, 0.01, -0.01, 0.02, -0.02)
 """How far ahead and to the left of where a machine pours a cup may stand, m."""
+ASKEW = 1.2
+"""What reaches so many times as far round as its sides do is turned straight there, if it has to.
+"""
 REACHABLE = 1.12
 """Height that the arm reaches best, m."""
 CLOSE, APART = 0.13, 0.14
@@ -117,20 +120,29 @@ def inside(
         spaces: numbers of its interiors, the lowest is 0; empty for any.
         onto: what is put down on it then.
     """
+    as_is = np.max([np.ptp(t.corners @ arm.frame, axis=0) / 2.0 for t in (thing, *onto)], axis=0)
+    narrow, wide = (np.max([t.sides()[k][1] for t in (thing, *onto)]) / 2.0 for k in (0, 1))
+    sizes = [as_is[:2]]
+    if as_is[0] * as_is[1] > ASKEW * narrow * wide:
+        sizes += [np.array((narrow, wide)), np.array((wide, narrow))]
+    return next((found for size in sizes if (found := _on_shelves(arm, fixture, size, spaces))), [])
+
+
+def _on_shelves(arm: Arm, fixture: Furniture, size: Array, spaces: Sequence[int]) -> list[Spot]:
+    """Likewise for something that reaches so far ahead and aside of its middle (2,), m."""
     found = []
     shelves, frame = fixture.open_interiors(), arm.frame
     for number, (pose, half) in enumerate(shelves):
         if spaces and number not in spaces and number - len(shelves) not in spaces:
             continue
-        deep, wide, high = np.abs(frame.T @ matrix(pose[3:])) @ half
+        deep, across, high = np.abs(frame.T @ matrix(pose[3:])) @ half
         floor, middle = float(pose[2] - high), pose[:3] @ frame
-        size = np.max([np.ptp(t.corners @ frame, axis=0) / 2.0 for t in (thing, *onto)], axis=0)
         for depth in (*DEPTHS, float(deep - size[0])):
             ahead = middle[0] - deep + depth + size[0]
             if ahead > middle[0] + deep - 0.5 * size[0]:
                 continue
             for aside in ASIDE:
-                if abs(aside) > wide - size[1]:
+                if abs(aside) > across - size[1]:
                     continue
                 point = arm.point(ahead, middle[1] + aside, floor)
                 cost = depth + 0.7 * abs(aside) + 0.5 * abs(floor - REACHABLE)
