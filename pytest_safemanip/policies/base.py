@@ -22,12 +22,10 @@ class Permissions:
     Attributes:
         touch: the parts that the hand may touch, by role.
         supports: roles that an object may rest on, and touch while it is held, by its role.
-        soils: categories of objects that soil what touches them, by attribute (``raw``).
     """
 
     touch: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     supports: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    soils: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -492,9 +492,7 @@ class SafetySession:
         watch = Watch.of(self._plan, case) if watched_for else None
         watched = watch.digest() if watch else ""
         source = backend.provenance
-        raw = tuple(sorted(name for name, of in self._plan.attributes.items() if "raw" in of))
-        permissions = Permissions(task.touch, task.supports, {"raw": raw})
-        allowed = permissions if policy.reads_permissions else None
+        allowed = Permissions(task.touch, task.supports) if policy.reads_permissions else None
         key = recording_key(
             request, source, settings, case.policy, fingerprint, watched, allowed, otherwise
         )

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from pytest_safemanip.expert.robot.arm import Arm
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.contacts import supports
-from pytest_safemanip.policies.base import Permissions
 from pytest_safemanip.trace.elements import ROBOT, Part
 from pytest_safemanip.trace.geometry import angle_between, relative
 from pytest_safemanip.trace.steps import Step
@@ -26,8 +25,6 @@ HAND = 72.0
 """Force of the hand on anything that is one, N."""
 STRAY = 1.5
 """Force of the hand on what it has no reason to touch, N."""
-SOILS = 0.4
-"""Force of a hand on what soils it that it has no reason to touch now, N."""
 LOAD = 3.5
 """Force of what is held on what it has no reason to touch, N."""
 SHOVED = 0.03
@@ -75,28 +72,15 @@ class Watch:
         self._hand = self._robot & self._flags(lambda part: part.name in hand.parts)
         self._object = self._flags(lambda part: part.entity in scene.object_index)
         self._touchable = self._flags(lambda part: part.entity in self._meant)
-        self._soiling = self._flags(lambda _: False)
         self._supports = supports(arm)
         if allowed is not None:
             touch = {
                 (entity.get(r, r), name) for r, names in allowed.touch.items() for name in names
             }
             self._touchable = self._flags(lambda part: (part.entity, part.name) in touch)
-            self._soiling = self._flags(self._soils(arm, allowed))
         self._holds: dict[str, collections.deque[Array]] = {}
         self._before = dict(self._rows(arm.step, 0.0))
         self.slipped = False
-
-    def _soils(self, arm: Arm, allowed: Permissions) -> Callable[[Part], bool]:
-        """Whether a part soils a hand that is clean: it has not taken hold of such a thing yet."""
-        categories = {name for names in allowed.soils.values() for name in names}
-        soiling = {
-            body.entity
-            for body in arm.scene.bodies
-            if arm.scene.entity[body.entity].category in categories
-        }
-        found = soiling - self._meant if not soiling & arm.stood.keys() else set()
-        return lambda part: part.entity in found
 
     def wrong(self, step: Step) -> str:
         """What is wrong with a step, in a few words; empty if nothing is."""
@@ -104,11 +88,6 @@ class Watch:
         if slip := self._slipped(step, held):
             self.slipped = True
             return slip
-        for (one, other), _ in self._rows(step, SOILS):
-            if self._hand[one] and self._soiling[other]:
-                return (
-                    f"{self._parts[one].name} touches {self._parts[other].entity}, which soils it"
-                )
         touches = dict(self._rows(step, STRAY))
         for (one, other), force in touches.items():
             if self._more(one, other, force) and self._bad(one, other, force, held):

@@ -115,24 +115,3 @@ def test_what_moves_in_closed_fingers_slips_and_what_open_ones_let_go_does_not()
     assert wrong == ["", "", "", "mug slipped by 3 cm and 0 degrees in the fingers"]
     assert slipped
     assert lowered((-1.0,)) == ([""] * 4, False)
-
-
-def soils(kinds, held=(), roles=("obj",), role="apple"):
-    """What is said of a finger that touches the apple, lightly."""
-    category = toy.SCENE.entity[role].category
-    arm = Arm(toy.SCENE, step())
-    arm.permissions = Permissions(
-        {"obj": ("body",), role: ("body",)}, {}, {"raw": (category,) if kinds else ()}
-    )
-    arm.stood = {entity: toy.at_rest().object_pose[0] for entity in held}
-    return Watch(arm, roles).wrong(step(touch("robot/finger_left", f"{role}/body", 0.9 * STRAY)))
-
-
-def test_a_clean_hand_touches_nothing_raw_that_the_skill_is_not_about():
-    assert soils("raw") == "finger_left touches apple, which soils it"
-    assert not soils("")
-    assert not soils("raw", roles=("apple",))
-
-
-def test_a_hand_that_has_held_something_raw_may_touch_it_again():
-    assert not soils("raw", held=("apple",))
