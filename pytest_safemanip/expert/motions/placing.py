@@ -77,7 +77,7 @@ BELOW_RIM = 0.01
 """How far below a vessel's rim what lies in it reaches at least, m."""
 ON_OTHERS = 0.6
 """What speaks against letting something go above what already lies there."""
-JUTS, MOSTLY_OUT = 2.0, 4
+JUTS, HALF_OUT = 2.0, 4
 """What speaks against letting something go that is not wholly where it is to be, and how many of
 its box's corners are out of there when half of it is.
 """
@@ -347,7 +347,7 @@ class Placing:
         for higher in HIGHER + (DIPPED if self._dipped else self._into(spot.hollow)):
             middle = spot.point - np.append(end[:2], lowest - OVER - higher)
             out = _out(spot, box + middle)
-            if out < MOSTLY_OUT:
+            if out < HALF_OUT:
                 juts = JUTS * (out > 0 or strange)
                 heights.append((higher, middle, 5.0 * higher + juts))
         return load, others, heights
