@@ -23,7 +23,7 @@ TIPPINGS = (25.0, 50.0, -25.0)
 SLOPES = (70.0, 60.0, 80.0, 50.0)
 """How steeply a stick is dipped, degrees."""
 MIDDLE = 0.02
-"""So near to its middle a stick is held there, m."""
+"""A stick that is held no farther from its middle is held in its middle, m."""
 ASKEW, FLIPPED = math.radians(2.0), math.radians(170.0)
 """How askew something hangs that is set upright again, at least and at most, rad."""
 LEANT = math.cos(math.radians(35.0))
@@ -67,14 +67,13 @@ def dipped(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
     """With its longest axis steep, the end down that is not held, and before the robot, for then
     the hand points ahead; either end, if it is held near its middle.
     """
-    axes = matrix(thing.pose[3:])
-    longest = axes[:, int(np.argmax([thing.reach(axes[:, k]) for k in range(3)]))]
-    off = float((thing.centre - arm.position) @ longest)
-    free = longest * math.copysign(1.0, off)
+    off = float((thing.centre - arm.position) @ thing.longest)
+    free = thing.longest * math.copysign(1.0, off)
+    ends = [(free, 0.0)] if abs(off) > MIDDLE else [(free, 0.0), (-free, 0.3)]
     found = []
-    for way, other in ((free, 0.0), (-free, 0.3))[: 1 if abs(off) > MIDDLE else 2]:
+    for way, other in ends:
         level = way * (1.0, 1.0, 0.0) / np.linalg.norm(way[:2])
-        back = math.atan2(-arm.aside(level), -arm.ahead(level))
+        to_robot = -arm.bearing(-level)
         for number, slope in enumerate(SLOPES):
             down = math.cos(math.radians(slope)) * level
             down[2] = -math.sin(math.radians(slope))
@@ -82,7 +81,7 @@ def dipped(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
             angle = math.atan2(float(np.linalg.norm(axis)), float(way @ down))
             turn = np.asarray(matrix(about(axis / np.linalg.norm(axis), angle)))
             found += [
-                (about_z(yaw - math.degrees(back)) @ turn, other + 0.1 * number + 0.002 * abs(yaw))
+                (about_z(to_robot + yaw) @ turn, other + 0.1 * number + 0.002 * abs(yaw))
                 for yaw in (0.0, 30.0, -30.0, 60.0, -60.0)
             ]
     return found
@@ -97,12 +96,10 @@ def handle_first(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
     way = handle_way(thing)
     if way is None:
         raise SkillFailed(f"{thing.entity} has no handle")
-    back = math.atan2(
-        float(way @ np.append(arm.left, 0.0)), -float(way @ np.append(arm.forward, 0.0))
-    )
+    to_robot = -arm.bearing(-way)
     right = righted(arm, thing)
     return [
-        (about_z(math.degrees(back) + turn) @ right, 0.01 * abs(turn))
+        (about_z(to_robot + turn) @ right, 0.01 * abs(turn))
         for turn in (0.0, 15.0, -15.0, 30.0, -30.0, 45.0, -45.0)
     ]
 

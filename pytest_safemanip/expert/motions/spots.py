@@ -34,15 +34,14 @@ OFF_BURNER = (0.0, 0.02, -0.02, 0.04, -0.04)
 """How far beside the middle of a burner, ahead and aside, something may stand, m."""
 BESIDE = (0.0, 0.04, -0.04, 0.08, -0.08)
 """How far beside a point, ahead and to the left, m."""
-SHIFTED = (0.0, *(sign * far for far in (0.03, 0.06, 0.09, 0.12, 0.15) for sign in (-1.0, 1.0)))
+SHIFTED = (0.0, -0.03, 0.03, -0.06, 0.06, -0.09, 0.09, -0.12, 0.12, -0.15, 0.15)
 """How far beside where water falls a vessel may stand, ahead and aside, m."""
 UNDER_WATER = 0.45
 """How far beside it at most, as a share of the vessel's diagonal: RoboCasa wants it within half."""
 POURED = (0.0, -0.01, -0.02, -0.03, 0.01), (0.0, 0.01, -0.01, 0.02, -0.02)
 """How far ahead and to the left of where a machine pours a cup may stand, m."""
-ASKEW = 1.2
-"""What reaches so many times as far round as its sides do is turned straight there, if it has to.
-"""
+LIES_ASKEW = 1.2
+"""How many times as large as its own footprint the box around something that lies askew is."""
 REACHABLE = 1.12
 """Height that the arm reaches best, m."""
 CLOSE, APART = 0.13, 0.14
@@ -122,14 +121,15 @@ def inside(
     """
     as_is = np.max([np.ptp(t.corners @ arm.frame, axis=0) / 2.0 for t in (thing, *onto)], axis=0)
     narrow, wide = (np.max([t.sides()[k][1] for t in (thing, *onto)]) / 2.0 for k in (0, 1))
+    # It may be turned straight there.
     sizes = [as_is[:2]]
-    if as_is[0] * as_is[1] > ASKEW * narrow * wide:
+    if as_is[0] * as_is[1] > LIES_ASKEW * narrow * wide:
         sizes += [np.array((narrow, wide)), np.array((wide, narrow))]
     return next((found for size in sizes if (found := _on_shelves(arm, fixture, size, spaces))), [])
 
 
 def _on_shelves(arm: Arm, fixture: Furniture, size: Array, spaces: Sequence[int]) -> list[Spot]:
-    """Likewise for something that reaches so far ahead and aside of its middle (2,), m."""
+    """Spots on the shelves of a fixture, for what has some half extents ahead and aside (2,), m."""
     found = []
     shelves, frame = fixture.open_interiors(), arm.frame
     for number, (pose, half) in enumerate(shelves):

@@ -13,7 +13,6 @@ from pytest_safemanip.expert.motions.spots import into_thing
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.things import Thing
-from pytest_safemanip.trace.geometry import matrix
 
 OVER_FLOOR = 0.024
 """From a pot's underside up to the end of what stirs in it, m: lower, what it pushes would tip."""
@@ -65,6 +64,5 @@ def stir(arm: Arm, pot_role: str, role: str) -> Motion:
 
 def end(tool: Thing) -> Array:
     """The lower end of a held stick (3,)."""
-    axes = matrix(tool.pose[3:])
-    axis = axes[:, int(np.argmax([tool.reach(axes[:, k]) for k in range(3)]))]
+    axis = tool.longest
     return np.asarray(tool.centre - tool.reach(axis) * math.copysign(1.0, axis[2]) * axis)

@@ -111,6 +111,12 @@ class Thing:
         axes = matrix(self.pose[3:])
         return float(np.linalg.norm((direction @ axes) * self._body.half))
 
+    @property
+    def longest(self) -> Array:
+        """The axis of its box along which it reaches farthest, a unit vector (3,)."""
+        axes = np.asarray(matrix(self.pose[3:])).T
+        return np.asarray(max(axes, key=self.reach))
+
     def around(self, points: Array) -> NDArray[np.bool_]:
         """Whether some points (P, 3) are in it, as if the edges of its box were round (P,)."""
         own = (points - self.centre) @ matrix(self.pose[3:]) / self._body.half

@@ -109,7 +109,7 @@ def test_water_that_falls_beside_a_basins_wall_is_met_on_the_basins_floor_where_
     for spot in spots:
         assert spot.point[2] == pytest.approx(basin[2] - half[2])
         assert abs(spot.point[0] - basin[0]) < half[0] - 0.05
-        assert np.linalg.norm(spot.point[:2] - poses[1][:2]) < 0.95 * radius
+        assert np.linalg.norm(spot.point[:2] - poses[1][:2]) <= 0.9 * radius
 
 
 def test_what_lies_askew_may_be_turned_straight_to_fit_on_a_shelf():
