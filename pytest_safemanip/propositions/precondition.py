@@ -14,6 +14,7 @@ from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, P
 from pytest_safemanip.propositions.grasp import pressed
 from pytest_safemanip.propositions.kernels.checks import Check, least_margin
 from pytest_safemanip.propositions.kernels.filters import last_true
+from pytest_safemanip.propositions.kernels.firmness import SAME_LEVEL
 from pytest_safemanip.propositions.kernels.forces import finger_groups, object_parts
 from pytest_safemanip.propositions.kernels.interiors import ROUNDING, lies_in
 from pytest_safemanip.propositions.kernels.solids import body_boxes, solids
@@ -28,9 +29,10 @@ from pytest_safemanip.trace.geometry import (
     centred,
     corners,
     to_local,
+    to_world,
 )
 from pytest_safemanip.trace.kinematics import carried
-from pytest_safemanip.trace.planar import breadth, footprints_overlap
+from pytest_safemanip.trace.planar import breadth, footprints_overlap, hull_margin
 
 DROP = Parameter("pre_safe.drop", "m", 0.05, "a fall of 5 cm ends at 1 m/s: cups break above it")
 FLOOR = Parameter(
@@ -54,7 +56,8 @@ def pre_safe(view: View, skill: str, entity: str) -> Bools:
     where it last was in the fingers, within ``pre_safe.place_window``, what lies below it is a
     permitted support, free of other objects, at most ``pre_safe.drop`` below (inside a vessel, its
     floor, ``pre_safe.floor`` above the underside); below it is what it overlaps by more than
-    ``pre_safe.overlap``, or by half its breadth. ``open`` and ``close``: no object stands in the
+    ``pre_safe.overlap``, or by half its breadth, and of fixtures at one level that below its centre
+    of mass. ``open`` and ``close``: no object stands in the
     rest of the part's way by more than ``pre_safe.overlap``. ``press``, ``turn``, ``slide``: in the
     basin, nothing raw lies with something ready to eat; an appliance that is off has its doors
     closed but for ``pre_safe.closed`` and, if it is a microwave, nothing of metal in it; a burner
@@ -188,9 +191,30 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
     uncovered = _uncovered(view, found, step)
     if uncovered is None:
         return floor_of
-    height, owner, box = uncovered
+    height, owner, box = _under_the_middle(view, name, uncovered, below, step)
     lowest = float(box[:, 2].min())
     return floor_of if around and not lowest > floor else (height, owner)
+
+
+def _under_the_middle(
+    view: View, name: str, highest: _Solid, below: list[_Solid], step: int
+) -> _Solid:
+    """Of fixtures that are level with the highest thing below an object, the one below its centre
+    of mass, if there is one: a pan stands on the hob when its handle reaches over the counter.
+    """
+    scene = view.trace.scene
+    if highest[1] in scene.object_index:
+        return highest
+    index = scene.object_index[name]
+    com = to_world(view.trace.steps.object_pose[step, index], scene.bodies[index].com)
+    level = (
+        it
+        for it in below
+        if it[0] > highest[0] - SAME_LEVEL
+        and it[1] not in scene.object_index
+        and hull_margin(it[2][:, :2], com[:2]) > 0.0
+    )
+    return next(level, highest)
 
 
 def _uncovered(view: View, found: Iterator[_Solid], step: int) -> _Solid | None:

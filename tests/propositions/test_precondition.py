@@ -198,6 +198,30 @@ def test_what_lies_below_must_be_a_permitted_support():
 
 
 @pytest.mark.parametrize(
+    ("x", "higher", "onto"),
+    [
+        (0.03, 0.001, "cabinet"),
+        (-0.03, 0.001, "counter"),
+        (0.03, 0.009, "cabinet"),
+        (0.03, 0.011, "counter"),
+        (-0.03, -0.001, "counter"),
+    ],
+)
+def test_of_fixtures_at_one_level_that_below_the_centre_of_mass_counts(x, higher, onto):
+    """The counter ends at x = 0 and is a little higher than the cabinet that begins there."""
+    pieces = (
+        Surface("counter", "", (0.3, 0.3, 0.01), (-0.3, 0.0, TOP + higher - 0.01, *toy.UPRIGHT)),
+        Surface("cabinet", "", (0.3, 0.3, 0.01), (0.3, 0.0, TOP - 0.01, *toy.UPRIGHT)),
+    )
+    scene = dataclasses.replace(toy.SCENE, surfaces=pieces)
+    for support in ("counter", "cabinet"):
+        line = f"mug is let go above {onto}, which is no permitted support"
+        place = x, 0.0, TOP + HALF + max(higher, 0.0)
+        found = placed(place, scene=scene, supports={"mug": frozenset({support})})
+        assert found == ((True, []) if support == onto else (False, [line]))
+
+
+@pytest.mark.parametrize(
     ("apart", "line"),
     [
         (0.0795, "mug is let go above apple, which is no permitted support"),

@@ -34,11 +34,12 @@ from pytest_safemanip.expert.motions.reaching import (
     turned_otherwise,
     varied,
 )
+from pytest_safemanip.expert.motions.resting import check_inside, check_stays, check_steady
 from pytest_safemanip.expert.motions.travelling import check_bent
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, NoWay, SkillFailed, raised
 from pytest_safemanip.expert.robot.base import LASTING
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.expert.world.contacts import carriers, palm_meets, supports, touching
+from pytest_safemanip.expert.world.contacts import carriers, palm_meets, supports
 from pytest_safemanip.expert.world.room import Room, walls
 from pytest_safemanip.expert.world.things import Space, Thing, contents, other_things, solid
 from pytest_safemanip.trace.geometry import matrix
@@ -73,8 +74,6 @@ comes down by less than this share of what it should. An arm that reaches far ou
 """
 CARRIED = 0.6
 """Share of the usual speeds on the way."""
-BELOW_RIM = 0.01
-"""How far below a vessel's rim what lies in it reaches at least, m."""
 ON_OTHERS = 0.6
 """What speaks against letting something go above what already lies there."""
 JUTS, HALF_OUT = 2.0, 4
@@ -94,9 +93,6 @@ INSIDE = 0.025
 """How far from the edge of what it stands on a centre of mass stays, m."""
 OFF = 0.35
 """How far the base draws back at least from what is let go, m."""
-STANDS, TIPPED, LEANS = 0.06, math.radians(15.0), math.radians(60.0)
-"""How far from its spot something may come to rest, m, how far from upright, and how far what is no
-higher than wide may lean on what lies beside it, rad."""
 
 
 @dataclass(frozen=True)
@@ -184,7 +180,8 @@ def place(
         if vessel.bottom - stood > ALONG:
             raise SkillFailed(f"{vessel.entity} came along")
     elif attitudes not in (laid, dipped):
-        check(thing, reach, up)
+        check_stays(thing, reach, up)
+        check_steady(arm, thing)
 
 
 def _below(other: Thing, thing: Thing) -> bool:
@@ -487,44 +484,3 @@ def withdraw(arm: Arm, reach: Reach) -> Motion:
     yield from draw_back(arm, reach, least=OFF)
     if arm.upcoming:
         check_bent(arm)
-
-
-def check_inside(arm: Arm, thing: Thing, vessel: Thing) -> None:
-    """See whether something lies in a vessel, and not on its rim, nor only on what lies in it:
-    RoboCasa wants the two to touch.
-
-    Raises:
-        SkillFailed: if it does not.
-    """
-    beside = any(
-        abs(float((thing.centre - vessel.middle) @ axis)) > width / 2.0
-        for axis, width in vessel.sides_about_middle()
-    )
-    if (
-        beside
-        or thing.bottom > vessel.highest - BELOW_RIM
-        or vessel.entity not in touching(arm, thing)
-    ):
-        raise SkillFailed(f"{thing.entity} does not lie in {vessel.entity}")
-
-
-def check(thing: Thing, reach: Reach, up: Array) -> None:
-    """See whether something stays where it was put.
-
-    Args:
-        thing: the thing.
-        reach: how it was put there.
-        up: its axis that pointed upwards (3,), in its own frame.
-
-    Raises:
-        SkillFailed: if it does not.
-    """
-    now = outline(thing)
-    off = float(np.linalg.norm((now - reach.pose.load[: len(now)]).mean(axis=0)[:2]))
-    if off > STANDS:
-        raise SkillFailed(f"{thing.entity} came to rest {100 * off:.0f} cm off its place")
-    tilt = math.acos(float(np.clip((matrix(thing.pose[3:]) @ up)[2], -1.0, 1.0)))
-    reaches = [thing.reach(axis) for axis in np.asarray(matrix(thing.pose[3:])).T]
-    height = reaches.pop(int(np.argmax(np.abs(up))))
-    if tilt > (TIPPED if height > min(reaches) else LEANS):
-        raise SkillFailed(f"{thing.entity} came to rest {math.degrees(tilt):.0f} degrees askew")

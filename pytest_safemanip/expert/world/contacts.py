@@ -14,8 +14,9 @@ from pytest_safemanip.trace.elements import ROBOT, Joint, Part
 TOUCH_FORCE = 0.5
 """Force that shows that a load stands on something, N."""
 
-LIFTS = 0.3
-"""Vertical part of a contact's direction with which it carries what it presses on."""
+LIFTS, BEARS = 0.3, 0.5
+"""Vertical part of a contact's direction with which it carries what it presses on, and with which
+that would not slip."""
 
 
 def carriers(arm: Arm, thing: Thing) -> set[str]:
@@ -24,6 +25,15 @@ def carriers(arm: Arm, thing: Thing) -> set[str]:
     """
     below = {low.entity for up, low in _stacked(arm) if up.entity == thing.entity}
     return below - {ROBOT}
+
+
+def borne_at(arm: Arm, thing: Thing) -> Array:
+    """Where something presses on an object from below, not from aside, however gently (K, 3)."""
+    contacts, parts = arm.step.contacts, arm.scene.parts
+    rows = np.flatnonzero((np.abs(contacts.normal[:, 2]) >= BEARS) & (contacts.force > 0.0))
+    upper = np.where(contacts.normal[rows, 2] > 0.0, contacts.b[rows], contacts.a[rows])
+    own = [parts[index].entity == thing.entity for index in upper.tolist()]
+    return np.asarray(contacts.position[rows][own], np.float64)
 
 
 def touching(arm: Arm, thing: Thing) -> set[str]:
