@@ -58,7 +58,6 @@ class Watch:
         scene, entity, allowed = arm.scene, arm.scene.roles, arm.permissions
         self._scene, self._first, self._parts = scene, arm.step, scene.parts
         self._meant = {entity.get(role, role) for role in roles}
-        self._goals = self._meant - {entity.get(role, role) for role in roles[:1]}
         self._doors = [
             number
             for number, joint in enumerate(scene.joints)
@@ -80,6 +79,9 @@ class Watch:
             self._touchable = self._flags(lambda part: (part.entity, part.name) in touch)
         self._holds: dict[str, collections.deque[Array]] = {}
         self._before = dict(self._rows(arm.step, 0.0))
+        # What is not brought to anything pushes nothing: a drawer is opened, and a knife in it.
+        brought = {entity.get(role, role) for role in roles[:1]} & self._held(arm.step)
+        self._goals = self._meant - brought if brought else set()
         self.slipped = False
 
     def wrong(self, step: Step) -> str:
