@@ -76,9 +76,9 @@ CARRIED = 0.6
 """Share of the usual speeds on the way."""
 ON_OTHERS = 0.6
 """What speaks against letting something go above what already lies there."""
-JUTS, HALF_OUT = 2.0, 4
-"""What speaks against letting something go that is not wholly where it is to be, and how many of
-its box's corners are out of there when half of it is.
+JUTS, OUT = 2.0, 0.005
+"""What speaks against letting something go that reaches over what it may not stand on; and how far
+something may reach out of where it is to be, m.
 """
 LEVEL, HIGHER_UP = 0.01, 0.03
 """What is no lower than what something is to stand on, and no higher than that, would be taken for
@@ -170,6 +170,8 @@ def place(
     # What hangs on a vessel's rim is not in it yet; what lies across something else would slip off.
     if fall > FALLS and not (vessel and carriers(arm, thing) - {vessel.entity}):
         raise IllHeld(f"{thing.entity} would fall {100 * fall:.0f} cm")
+    if reach.pose.space and _out(reach.pose.space, thing.corners):
+        raise SkillFailed(f"{thing.entity} would jut out")
     if reach.pose.opening < 1.0:
         yield from arm.let_go(NARROWLY / 2.0)
     else:
@@ -318,6 +320,7 @@ class Placing:
                     OVER + higher,
                     spot.hollow,
                     held.opening,
+                    spot.space,
                 )
 
     def _at_rest(self, spot: Spot, room: Room, turn: Array) -> _Rest | None:
@@ -343,10 +346,8 @@ class Placing:
         heights = []
         for higher in HIGHER + (DIPPED if self._dipped else self._into(spot.hollow)):
             middle = spot.point - np.append(end[:2], lowest - OVER - higher)
-            out = _out(spot, box + middle)
-            if out < HALF_OUT:
-                juts = JUTS * (out > 0 or strange)
-                heights.append((higher, middle, 5.0 * higher + juts))
+            if spot.space is None or not _out(spot.space, box + middle):
+                heights.append((higher, middle, 5.0 * higher + JUTS * strange))
         return load, others, heights
 
     def _into(self, hollow: str) -> tuple[float, ...]:
@@ -405,13 +406,12 @@ def _over(spot: Spot, com: Array) -> bool:
     return bool((off < half - np.minimum(INSIDE, half / 2.0)).all())
 
 
-def _out(spot: Spot, box: Array) -> int:
-    """How many corners of a box (8, 3) are out of where it is to be, not at its floor."""
-    if spot.space is None:
-        return 0
-    pose, half = spot.space
+def _out(space: Space, box: Array) -> bool:
+    """Whether a box (8, 3) reaches out of where it is to be, not at its floor."""
+    pose, half = space
     own = (box - pose[:3]) @ matrix(pose[3:])
-    return int(((own[:, 2] > half[2]) | (np.abs(own[:, :2]) > half[:2]).any(axis=1)).sum())
+    out = (own[:, 2] > half[2] + OUT) | (np.abs(own[:, :2]) > half[:2] + OUT).any(axis=1)
+    return bool(out.any())
 
 
 def set_down(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from pytest_safemanip.expert.robot.rotations import Array
+from pytest_safemanip.expert.world.things import Space
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,7 @@ class Pose:
         over: how far the load is above what it comes to stand on, m.
         hollow: entity that it goes into; empty if none.
         holding: opening of the fingers on the load, where it is brought.
+        space: that the load is to be in as a whole, if it is.
         turned: whether the hand is turned over from how its wrist turns the least.
     """
 
@@ -40,6 +42,7 @@ class Pose:
     over: float = 0.0
     hollow: str = ""
     holding: float = 1.0
+    space: Space | None = None
     turned: bool = False
 
     def turned_over(self) -> Pose:

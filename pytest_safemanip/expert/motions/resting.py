@@ -21,11 +21,12 @@ BELOW_RIM = 0.01
 STANDS, TIPPED, LEANS = 0.06, math.radians(15.0), math.radians(60.0)
 """How far from its spot something may come to rest, m, how far from upright, and how far what is no
 higher than wide may lean on what lies beside it, rad."""
-STEADY = 0.01
+STEADY = 0.006
 """How far a centre of mass is within what bears it, m."""
-CLOSE_BELOW = 0.02
-"""How far from the height at which something rests that is at most what it would tip onto, m: the
-wires of a rack are not at one height."""
+LEVELS = np.linspace(-0.01, 0.01, 9)
+"""Above the points that bear it, heights of what would as well if it were nudged, m."""
+CATCHES = 0.01
+"""How far beside these what would catch something is that leans, m."""
 
 
 def check_inside(arm: Arm, thing: Thing, vessel: Thing) -> None:
@@ -72,19 +73,24 @@ def check_stays(thing: Thing, reach: Reach, up: Array) -> None:
 
 
 def check_steady(arm: Arm, thing: Thing) -> None:
-    """See whether something would not tip off what it rests on: its centre of mass is well between
-    the points that bear it, or there is something below it all around.
+    """See whether something would stay if it were nudged: its centre of mass is well between the
+    points that bear it, or something is below it all around. What leans, and has it beside them,
+    is not balanced on them, and may be caught by what is a little lower.
 
     Raises:
-        SkillFailed: if it would.
+        SkillFailed: if it would not.
     """
     points, com = borne_at(arm, thing), thing.com
     if not len(points):
         raise SkillFailed(f"{thing.entity} is wedged, and rests on nothing")
-    if hull_margin(points[:, :2], com[:2]) >= STEADY:
+    margin = hull_margin(points[:, :2], com[:2])
+    if margin >= STEADY:
         return
-    around = com + STEADY * np.array([(1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0)])
+    turns = np.arange(0.0, 2.0 * math.pi, math.pi / 4.0)
+    around = com + STEADY * np.stack((np.cos(turns), np.sin(turns), 0.0 * turns), axis=1)
     around[:, 2] = points[:, 2].mean()
     room = Room.around(arm, list(around), [thing.entity])
-    if (room.exactly(around @ arm.frame) > CLOSE_BELOW).any():
+    columns = around[:, None] + LEVELS[:, None] * (0.0, 0.0, 1.0)
+    away = room.exactly((columns @ arm.frame).reshape(-1, 3)).reshape(len(around), -1)
+    if (away.min(axis=1) > (CATCHES if margin < -STEADY else 0.0)).any():
         raise SkillFailed(f"{thing.entity} came to rest at an edge")
