@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.expert.motions.attitudes import TURNS, tipped
-from pytest_safemanip.expert.motions.placing import JUTS, Placing, Spot, held
+from pytest_safemanip.expert.motions.placing import JUTS, OUT, Placing, Spot, held
 from pytest_safemanip.expert.robot.arm import Arm
 from pytest_safemanip.expert.robot.rotations import about_y, about_z
 from pytest_safemanip.expert.world.things import Thing
@@ -35,3 +35,17 @@ def test_what_may_not_rest_on_a_counter_does_not_reach_over_it(supports, strange
     ((group, room, _),) = placing._groups
     costs = [pose.cost for pose in placing._poses(group[0], room, held(arm))]
     assert (min(costs) >= JUTS) == strange
+
+
+@pytest.mark.parametrize(("short", "offered"), [(0.9 * OUT, True), (1.1 * OUT, False)])
+def test_what_is_to_be_in_somewhere_is_in_as_a_whole(short, offered):
+    arm = Arm(toy.SCENE, toy.at_rest())
+    thing = Thing(arm, "obj")
+    point = np.append(thing.middle[:2], thing.bottom)
+    half = np.array((thing.half[0] - short, 0.3, 0.3))
+    space = np.append((*point, 0.0, 0.0, 0.3), toy.UPRIGHT), half
+    placing = Placing(arm, thing, [Spot(point, space=space)])
+    ((group, room, _),) = placing._groups
+    poses = list(placing._poses(group[0], room, held(arm)))
+    straight = [pose for pose in poses if pose.family[0] == 0]
+    assert bool(straight) == offered

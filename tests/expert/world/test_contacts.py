@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from pytest_safemanip.expert.robot.arm import Arm
-from pytest_safemanip.expert.world.contacts import carriers, contact_force, palm_meets
+from pytest_safemanip.expert.world.contacts import borne_at, carriers, contact_force, palm_meets
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.trace.elements import Part
 from tests import toy
@@ -39,6 +39,25 @@ def _arm(*rows, part="link5", apple=0.94):
 def test_a_vessel_does_not_stand_on_what_lies_in_it(apple, rows, stands):
     arm, mug = _arm(FINGER, *rows, apple=apple)
     assert bool(carriers(arm, mug)) == stands
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "normal", "bears"),
+    [
+        ("counter", "mug", UP, True),
+        ("mug", "counter", (0.0, 0.0, -1.0), True),
+        ("mug", "counter", UP, False),
+        ("counter", "mug", (0.8, 0.0, 0.6), True),
+        ("counter", "mug", (0.9, 0.0, 0.44), False),
+        ("counter", "apple", UP, False),
+    ],
+)
+def test_what_presses_from_below_bears_a_thing_and_what_presses_from_aside_does_not(
+    one, other, normal, bears
+):
+    place = (0.25, 0.0, 0.5)
+    arm, mug = _arm((0, f"{one}/body", f"{other}/body", 0.01, normal, place, 0.01))
+    assert borne_at(arm, mug).tolist() == ([list(place)] if bears else [])
 
 
 @pytest.mark.parametrize(

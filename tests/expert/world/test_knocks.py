@@ -95,12 +95,14 @@ def test_what_lay_on_it_before_does_not_fall_off():
 
 
 def test_what_something_is_put_on_is_not_pushed_away():
-    def put(far):
+    def put(far, before=HELD):
         moved = ((0.0, 0.3, 0.95, *toy.UPRIGHT), (0.4 + far, 0.0, 0.94, *toy.UPRIGHT))
-        return watch(roles=("obj", "apple")).left(step(object_pose=moved))
+        return watch(before=before, roles=("obj", "apple")).left(step(object_pose=moved))
 
     assert put(0.12) == "apple was pushed away by 12 cm"
     assert not put(0.08)
+    # It came out with the drawer in which what is to be taken lies.
+    assert not put(0.12, before=())
 
 
 def test_what_moves_in_closed_fingers_slips_and_what_open_ones_let_go_does_not():
