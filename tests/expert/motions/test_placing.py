@@ -43,7 +43,7 @@ def test_what_is_to_be_in_somewhere_is_in_as_a_whole(short, offered):
     thing = Thing(arm, "obj")
     point = np.append(thing.middle[:2], thing.bottom)
     half = np.array((thing.half[0] - short, 0.3, 0.3))
-    space = np.append((*point, 0.0, 0.0, 0.3), toy.UPRIGHT), half
+    space = np.array((*point[:2], point[2] + 0.3, *toy.UPRIGHT)), half
     placing = Placing(arm, thing, [Spot(point, space=space)])
     ((group, room, _),) = placing._groups
     poses = list(placing._poses(group[0], room, held(arm)))
