@@ -17,13 +17,14 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.options import read_seeds
 from benchmarks.tables import put, table
 from pytest_safemanip.faults.library import FAULTS
 from pytest_safemanip.faults.policy import Scripted
@@ -148,7 +149,7 @@ class Recorder:
 
 
 def rollouts(
-    tasks: list[str], seeds: range, noise: float
+    tasks: list[str], seeds: Sequence[int], noise: float
 ) -> Iterator[tuple[str, str, int, Scripted]]:
     """What is rolled out: kind, task, seed, policy."""
     for seed in seeds:
@@ -229,17 +230,18 @@ def compared(one: Rollout, other: Rollout) -> list[float]:
 def main() -> None:
     """Roll out, judge at each limit, print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", default="0:3", help="A:B (default: %(default)s)")
+    parser.add_argument(
+        "--seeds", type=read_seeds, default="0:3", help="A:B (default: %(default)s)"
+    )
     parser.add_argument("--tasks", default=TASKS, help="of the expert (default: %(default)s)")
     parser.add_argument("--noise", type=float, default=0.1, help="default: %(default)s")
     parser.add_argument("--put", action="store_true", help=f"write into {DOCUMENT.name}")
     options = parser.parse_args()
-    first, _, end = options.seeds.partition(":")
     record, flags = Recorder(), Flags()
     touched: dict[tuple[str, str], list[list[bool]]] = {}
     squeezed: dict[tuple[str, str], list[list[bool]]] = {}
     for kind, task, seed, policy in rollouts(
-        options.tasks.split(","), range(int(first), int(end)), options.noise
+        options.tasks.split(","), options.seeds, options.noise
     ):
         for name, recording in record(task, seed, policy).items():
             row = [flags.touched(recording, limit) for limit in TOUCHES]

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from benchmarks.options import read_seeds
 from benchmarks.tables import put, table
 from benchmarks.verdicts.disturbed import Disturbed
 from benchmarks.verdicts.labels import KINDS, Event, label
@@ -253,7 +254,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--policies", required=True, help="names, comma-separated")
     parser.add_argument("--tasks", default="quick", help="names, comma-separated, or a set")
-    parser.add_argument("--seeds", default="300:310", help="A:B (default: %(default)s)")
+    parser.add_argument(
+        "--seeds", type=read_seeds, default="300:310", help="A:B (default: %(default)s)"
+    )
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--judge", action="store_true", help="roll nothing out")
     parser.add_argument("--put", default="", help=f"name of the tables in {DOCUMENT.name}")
@@ -264,11 +267,11 @@ def main() -> None:
         for name, task in definitions.runnable.items()
         if name in options.tasks.split(",") or options.tasks in task.sets
     ]
-    policies, (first, end) = options.policies.split(","), options.seeds.split(":")
+    policies = options.policies.split(",")
     if not options.judge:
         runner, added = Runner(options.out, definitions), {"disturbed": Disturbed, **_hooked()}
         for policy in [resolve(name, added) for name in policies]:
-            for seed in range(int(first), int(end)):
+            for seed in options.seeds:
                 for task in tasks:
                     runner.run(policy, task, seed)
     rollouts = list(compared(options.out, policies, definitions))

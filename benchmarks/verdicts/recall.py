@@ -23,6 +23,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
+from benchmarks.options import as_option, read_seeds
 from benchmarks.tables import put, table
 from pytest_safemanip.faults import library
 from pytest_safemanip.judge import Judge, Verdict
@@ -108,11 +109,13 @@ class Judging:
         )
 
 
-def record(policies: Sequence[str], seeds: str, out: Path, stepping: str, processes: int) -> None:
+def record(
+    policies: Sequence[str], seeds: Sequence[int], out: Path, stepping: str, processes: int
+) -> None:
     """Roll out what is not there yet; a line of pytest's own tells how it gets on."""
     chosen = ",".join(policies)
     command = [sys.executable, "-m", "pytest", "-q", "--tb=no", "-p", "no:cacheprovider"]
-    command += [f"--safemanip-policy={chosen}", f"--safemanip-seeds={seeds}"]
+    command += [f"--safemanip-policy={chosen}", f"--safemanip-seeds={as_option(seeds)}"]
     command += [f"--safemanip-out={out}", "--safemanip-violations=xfail", f"-n{processes}"]
     command += [f"--safemanip-stepping={stepping}"]
     status = subprocess.run(command, check=False).returncode
@@ -120,7 +123,7 @@ def record(policies: Sequence[str], seeds: str, out: Path, stepping: str, proces
         sys.exit(f"the rollouts did not run through (pytest exit status {status})")
 
 
-def judged(policies: Iterable[str], seeds: range, out: Path) -> Iterator[Judged]:
+def judged(policies: Iterable[str], seeds: Sequence[int], out: Path) -> Iterator[Judged]:
     """The rollouts of these policies and seeds that are on disk."""
     judge, wanted = Judging(), set(policies)
     for path in sorted((out / "recordings").glob(f"*{files.SUFFIX}")):
@@ -238,18 +241,19 @@ def by_task(rollouts: Sequence[Judged]) -> list[list[str]]:
     return lines
 
 
-def seeds_of(text: str) -> range:
-    """``A:B`` as a range."""
-    first, _, end = text.partition(":")
-    return range(int(first), int(end))
-
-
 def main() -> None:
     """Roll out, judge, print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", default="100:150", help="A:B (default: %(default)s)")
+    parser.add_argument(
+        "--seeds", type=read_seeds, default="100:150", help="A:B (default: %(default)s)"
+    )
     parser.add_argument("--only", default="*", help="globs of scripted, scripted:FAULT")
-    parser.add_argument("--out", type=Path, default=Path(".safemanip/recall"))
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path(".safemanip/recall"),
+        help="folder of recordings; what is there is kept (default: %(default)s)",
+    )
     parser.add_argument("--stepping", choices=("fast", "exact"), default="fast")
     parser.add_argument(
         "--judge", action="store_true", help="judge what is there, roll nothing out"
@@ -276,7 +280,9 @@ def main() -> None:
         parser.error(f"--only {options.only}: nothing of that name; there are {', '.join(known)}")
     if not options.judge:
         record(policies, options.seeds, options.out, options.stepping, options.n)
-    rollouts = list(judged(policies, seeds_of(options.seeds), options.out))
+    rollouts = list(judged(policies, options.seeds, options.out))
+    if not rollouts:
+        parser.error(f"--judge: {options.out} has no recording of these policies and seeds")
     counts = ["rollouts", "injected", "found", "recall % (95 %)", "median s", "max s"]
     last = ["near misses flagged", "expert flagged (triggered)"]
     tables = {

@@ -20,8 +20,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks.options import as_option, read_seeds
 from benchmarks.tables import put, table
-from benchmarks.verdicts.recall import EXPERT, FAULTS, Judging, seeds_of, share
+from benchmarks.verdicts.recall import EXPERT, FAULTS, Judging, share
 from pytest_safemanip.trace import files
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "warnings.md"
@@ -47,11 +48,12 @@ class Rolled:
     violated: frozenset[str]
 
 
-def record(policies: Sequence[str], seeds: str, out: Path, stop: str) -> None:
+def record(policies: Sequence[str], seeds: Sequence[int], out: Path, stop: str) -> None:
     """Roll out what is not there yet."""
     command = [sys.executable, "-m", "pytest", "-q", "--tb=no", "-p", "no:cacheprovider"]
     command += ["-p", "no:xdist", f"--safemanip-policy={','.join(policies)}"]
-    command += ["--safemanip-tasks=all", f"--safemanip-seeds={seeds}", f"--safemanip-stop={stop}"]
+    command += ["--safemanip-tasks=all", f"--safemanip-stop={stop}"]
+    command += [f"--safemanip-seeds={as_option(seeds)}"]
     command += [f"--safemanip-out={out / stop}", "--safemanip-violations=xfail"]
     command += ["--safemanip-stepping=fast", "--safemanip-jobs=1"]
     status = subprocess.run(command, check=False).returncode
@@ -59,7 +61,7 @@ def record(policies: Sequence[str], seeds: str, out: Path, stop: str) -> None:
         sys.exit(f"the rollouts did not run through (pytest exit status {status})")
 
 
-def rolled(policies: Iterable[str], seeds: range, folder: Path) -> dict[Key, Rolled]:
+def rolled(policies: Iterable[str], seeds: Sequence[int], folder: Path) -> dict[Key, Rolled]:
     """The rollouts of these policies and seeds in a folder."""
     judging, wanted, found = Judging(), set(policies), dict[Key, Rolled]()
     for path in sorted((folder / "recordings").glob(f"*{files.SUFFIX}")):
@@ -107,7 +109,9 @@ def of_expert(plain: Mapping[Key, Rolled], shielded: Mapping[Key, Rolled]) -> li
 def main() -> None:
     """Roll out, judge, print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", default="100:103", help="A:B (default: %(default)s)")
+    parser.add_argument(
+        "--seeds", type=read_seeds, default="100:103", help="A:B (default: %(default)s)"
+    )
     parser.add_argument("--only", default="*", help="globs of scripted, scripted:FAULT")
     parser.add_argument("--out", type=Path, default=Path(".safemanip/shield"))
     parser.add_argument(
@@ -124,7 +128,7 @@ def main() -> None:
         parser.error(f"--only {options.only}: nothing of that name; there are {', '.join(known)}")
     for stop in STOPS if not options.judge else ():
         record(policies, options.seeds, options.out, stop)
-    both = [rolled(policies, seeds_of(options.seeds), options.out / stop) for stop in STOPS]
+    both = [rolled(policies, options.seeds, options.out / stop) for stop in STOPS]
     texts = {
         "shield": table(["", "violated without", "prevented % (95 %)", "clean"], of_faults(*both)),
         "shield expert": table(

@@ -20,6 +20,7 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
+from benchmarks.options import read_seeds, some_of
 from benchmarks.tables import put, table
 from benchmarks.verdicts.labels import World
 from benchmarks.verdicts.oracle import DOCUMENT, Runner
@@ -213,7 +214,7 @@ class Sweep:
 
 
 def sweep(
-    family: Family, runner: Runner, definitions: Definitions, values: int, seeds: range
+    family: Family, runner: Runner, definitions: Definitions, values: int, seeds: Sequence[int]
 ) -> Sweep:
     """Run a family's events, and judge and measure each."""
     parameters = definitions.catalogue.parameters({})
@@ -300,17 +301,33 @@ HEAD = [
 def main() -> None:
     """Roll out, measure, judge, print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--only", default=",".join(AXES))
-    parser.add_argument("--values", type=int, default=13)
-    parser.add_argument("--seeds", default="400:405", help="A:B (default: %(default)s)")
-    parser.add_argument("--put", action="store_true")
+    parser.add_argument(
+        "--out", type=Path, required=True, help="folder of recordings; what is there is kept"
+    )
+    parser.add_argument(
+        "--only",
+        type=some_of(AXES),
+        default=",".join(AXES),
+        help="families, with commas (default: all, %(default)s)",
+    )
+    parser.add_argument(
+        "--values", type=int, default=13, help="amounts of each family (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--seeds", type=read_seeds, default="400:405", help="A:B (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--put",
+        action="store_true",
+        help=f"write table and curves into {DOCUMENT.name} and {IMAGE.name}",
+    )
     options = parser.parse_args()
     definitions = load_definitions([], [], [])
-    runner, (first, end) = Runner(options.out, definitions), options.seeds.split(":")
-    seeds = range(int(first), int(end))
-    names = options.only.split(",")
-    found = [sweep(FAMILIES[n], runner, definitions, options.values, seeds) for n in names]
+    runner = Runner(options.out, definitions)
+    found = [
+        sweep(FAMILIES[name], runner, definitions, options.values, options.seeds)
+        for name in options.only
+    ]
     text = table(HEAD, [line(each) for each in found])
     print(text)
     if options.put:
