@@ -7,8 +7,8 @@ The scripted policy's faults know from their plans and the physics when their ha
 near misses and its expert are safe. All are rolled out (what DIR already has is used again) and
 judged by the shipped properties. A rollout of a fault whose hazard did not come about is left out
 of its recall, and counted: truth and monitors read the same steps, and what neither can read is in
-no recall, so the exit status is 1 where fewer come about than ``--least`` asks for. ``--put
-expert`` writes that table into docs/recall.md.
+no recall, so the exit status is 1 where fewer come about than ``--least`` asks for, or of one
+property's than ``--least-each``. ``--put expert`` writes that table into docs/recall.md.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from pytest_safemanip.spec.tasks import load_tasks
 from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
 
-EXPERT = "scripted"
+EXPERT, ALL = "scripted", "all"
 PROPERTIES = load_properties([folder("properties")])
 FAULTS = {name: fault for name, fault in library.FAULTS.items() if fault.property_id in PROPERTIES}
 """Those of the release's properties, and of no pack's."""
@@ -196,7 +196,7 @@ def by_property(rollouts: Sequence[Judged]) -> list[list[str]]:
         ]
         lines.append(
             [
-                name or "all",
+                name or ALL,
                 str(len({r.fault for r in faults})),
                 *Found.count(faults).cells(),
                 f"{alarms[0]} of {len(near)}",
@@ -207,11 +207,14 @@ def by_property(rollouts: Sequence[Judged]) -> list[list[str]]:
 
 
 def came_about(rollouts: Sequence[Judged]) -> dict[str, float]:
-    """Percent of the rollouts of each property's faults in which the hazard came about."""
+    """Percent of the rollouts of each property's faults, and of all, in which the hazard came
+    about.
+    """
     groups: dict[str, list[Judged]] = {}
     for row in rollouts:
         if row.fault and not FAULTS[row.fault].near_miss:
             groups.setdefault(FAULTS[row.fault].property_id, []).append(row)
+            groups.setdefault(ALL, []).append(row)
     counts = {name: Found.count(rows) for name, rows in groups.items()}
     return {name: 100.0 * found.injected / found.rollouts for name, found in counts.items()}
 
@@ -268,8 +271,14 @@ def main() -> None:
     parser.add_argument(
         "--least",
         type=float,
-        default=90.0,
-        help="percent of a property's faults that have to come about (default: %(default)s)",
+        default=95.0,
+        help="percent of all faults that have to come about (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--least-each",
+        type=float,
+        default=85.0,
+        help="percent of each property's, which are few (default: %(default)s)",
     )
     parser.add_argument("-n", type=int, default=2, help="processes (default: %(default)s)")
     options = parser.parse_args()
@@ -296,9 +305,10 @@ def main() -> None:
             put(DOCUMENT, name, text)
     rates = came_about(rollouts)
     print("\nCame about: " + ", ".join(f"{name} {rate:.1f} %" for name, rate in rates.items()))
-    few = [name for name, rate in rates.items() if rate < options.least]
+    least = {name: options.least if name == ALL else options.least_each for name in rates}
+    few = [f"{least[name]:g} % of {name}" for name, rate in rates.items() if rate < least[name]]
     if few:
-        sys.exit(f"fewer than {options.least:g} % came about of the faults of {', '.join(few)}")
+        sys.exit(f"of the faults fewer came about than {', '.join(few)}")
 
 
 if __name__ == "__main__":
