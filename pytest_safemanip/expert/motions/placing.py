@@ -77,8 +77,8 @@ CARRIED = 0.6
 ON_OTHERS = 0.6
 """What speaks against letting something go above what already lies there."""
 JUTS, OUT = 2.0, 0.005
-"""What speaks against letting something go that reaches over what it may not stand on; and how far
-something may reach out of where it is to be, m.
+"""What speaks against letting something go that reaches out of a basin, or over what it may not
+stand on; and how far something is out of where it is to be that is not quite in it, m.
 """
 LEVEL, HIGHER_UP = 0.01, 0.03
 """What is no lower than what something is to stand on, and no higher than that, would be taken for
@@ -106,7 +106,8 @@ class Spot:
         hollow: entity that it goes into; empty if none.
         area: middle (3,) of what it comes to stand on, and from there to the middles of two sides,
             as columns (3, 2); None if it is large.
-        space: that it is to be in as a whole, if it is.
+        space: that it is to be in, if it is.
+        shuts: whether that is shut after: nothing may reach out of it, as it may of a basin.
     """
 
     point: Array
@@ -115,6 +116,7 @@ class Spot:
     hollow: str = ""
     area: tuple[Array, Array] | None = None
     space: Space | None = None
+    shuts: bool = False
 
 
 @dataclass(frozen=True)
@@ -320,7 +322,7 @@ class Placing:
                     OVER + higher,
                     spot.hollow,
                     held.opening,
-                    spot.space,
+                    spot.space if spot.shuts else None,
                 )
 
     def _at_rest(self, spot: Spot, room: Room, turn: Array) -> _Rest | None:
@@ -346,8 +348,9 @@ class Placing:
         heights = []
         for higher in HIGHER + (DIPPED if self._dipped else self._into(spot.hollow)):
             middle = spot.point - np.append(end[:2], lowest - OVER - higher)
-            if spot.space is None or not _out(spot.space, box + middle):
-                heights.append((higher, middle, 5.0 * higher + JUTS * strange))
+            juts = spot.space is not None and _out(spot.space, box + middle)
+            if not (juts and spot.shuts):
+                heights.append((higher, middle, 5.0 * higher + JUTS * (juts or strange)))
         return load, others, heights
 
     def _into(self, hollow: str) -> tuple[float, ...]:

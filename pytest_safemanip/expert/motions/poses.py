@@ -27,7 +27,7 @@ class Pose:
         over: how far the load is above what it comes to stand on, m.
         hollow: entity that it goes into; empty if none.
         holding: opening of the fingers on the load, where it is brought.
-        space: that the load is to be in as a whole, if it is.
+        space: that nothing of the load may reach out of, if there is one.
         turned: whether the hand is turned over from how its wrist turns the least.
     """
 

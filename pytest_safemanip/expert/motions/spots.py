@@ -60,7 +60,8 @@ def on_thing(arm: Arm, target: Thing, end: str = "") -> list[Spot]:
         end: ``near`` or ``far`` for that half of it, ``end`` for one of its ends; empty for any.
     """
     (narrow, width), (long, length) = target.sides_about_middle()
-    space = next((space for _, space in spaces_around(arm, target)), None)
+    fixture, space = next(iter(spaces_around(arm, target)), ("", None))
+    shuts = bool(arm.scene.doors_of(fixture))
     spans = np.stack((narrow * width, long * length), axis=1) / 2.0
     found = []
     for i, j in product(GRID, repeat=2):
@@ -74,7 +75,8 @@ def on_thing(arm: Arm, target: Thing, end: str = "") -> list[Spot]:
         elif end:
             cost = 3.0 * abs(abs(i) - 0.24) * length + 2.0 * abs(j) * width
         kind = f"on {i:.2f} {j:.2f}"
-        found.append(Spot(spot, cost, kind, area=(target.middle, spans), space=space))
+        area = target.middle, spans
+        found.append(Spot(spot, cost, kind, area=area, space=space, shuts=shuts))
     return found
 
 
@@ -132,6 +134,7 @@ def _on_shelves(arm: Arm, fixture: Furniture, size: Array, spaces: Sequence[int]
     """Spots on the shelves of a fixture, for what has some half extents ahead and aside (2,), m."""
     found = []
     shelves, frame = fixture.open_interiors(), arm.frame
+    shuts = bool(arm.scene.doors_of(fixture.entity))
     for number, (pose, half) in enumerate(shelves):
         if spaces and number not in spaces and number - len(shelves) not in spaces:
             continue
@@ -147,7 +150,7 @@ def _on_shelves(arm: Arm, fixture: Furniture, size: Array, spaces: Sequence[int]
                 point = arm.point(ahead, middle[1] + aside, floor)
                 cost = depth + 0.7 * abs(aside) + 0.5 * abs(floor - REACHABLE)
                 kind = f"in {number} {depth:.2f} {aside:.2f}"
-                found.append(Spot(point, cost, kind, space=(pose, half)))
+                found.append(Spot(point, cost, kind, space=(pose, half), shuts=shuts))
     return found
 
 

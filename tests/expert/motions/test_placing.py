@@ -37,14 +37,17 @@ def test_what_may_not_rest_on_a_counter_does_not_reach_over_it(supports, strange
     assert (min(costs) >= JUTS) == strange
 
 
-@pytest.mark.parametrize(("short", "offered"), [(0.9 * OUT, True), (1.1 * OUT, False)])
-def test_what_is_to_be_in_somewhere_is_in_as_a_whole(short, offered):
+@pytest.mark.parametrize(
+    ("short", "shuts", "offered"),
+    [(0.9 * OUT, True, True), (1.1 * OUT, True, False), (1.1 * OUT, False, True)],
+)
+def test_what_is_put_in_what_shuts_is_in_as_a_whole(short, shuts, offered):
     arm = Arm(toy.SCENE, toy.at_rest())
     thing = Thing(arm, "obj")
     point = np.append(thing.middle[:2], thing.bottom)
     half = np.array((thing.half[0] - short, 0.3, 0.3))
     space = np.array((*point[:2], point[2] + 0.3, *toy.UPRIGHT)), half
-    placing = Placing(arm, thing, [Spot(point, space=space)])
+    placing = Placing(arm, thing, [Spot(point, space=space, shuts=shuts)])
     ((group, room, _),) = placing._groups
     poses = list(placing._poses(group[0], room, held(arm)))
     straight = [pose for pose in poses if pose.family[0] == 0]
