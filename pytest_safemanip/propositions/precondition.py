@@ -199,8 +199,9 @@ def _beneath(view: View, name: str, points: Array, step: int) -> tuple[float, st
 def _under_the_middle(
     view: View, name: str, highest: _Solid, below: list[_Solid], step: int
 ) -> _Solid:
-    """Of fixtures that are level with the highest thing below an object, the one below its centre
-    of mass, if there is one: a pan stands on the hob when its handle reaches over the counter.
+    """The highest thing below an object, as high as it is; but if that is a fixture, of what is
+    level with it what is below the centre of mass, if anything is: a pan stands on the hob when its
+    handle reaches over the counter.
     """
     scene = view.trace.scene
     if highest[1] in scene.object_index:
@@ -210,11 +211,10 @@ def _under_the_middle(
     level = (
         it
         for it in below
-        if it[0] > highest[0] - SAME_LEVEL
-        and it[1] not in scene.object_index
-        and hull_margin(it[2][:, :2], com[:2]) > 0.0
+        if it[0] > highest[0] - SAME_LEVEL and hull_margin(it[2][:, :2], com[:2]) > 0.0
     )
-    return next(level, highest)
+    _, owner, box = next(level, highest)
+    return highest[0], owner, box
 
 
 def _uncovered(view: View, found: Iterator[_Solid], step: int) -> _Solid | None:

@@ -221,6 +221,37 @@ def test_of_fixtures_at_one_level_that_below_the_centre_of_mass_counts(x, higher
         assert found == ((True, []) if support == onto else (False, [line]))
 
 
+def test_what_lies_on_the_lower_of_two_fixtures_below_the_centre_of_mass_counts():
+    """One 9 mm higher reaches 12 mm under the mug, and a board of 8 mm lies under its middle."""
+    pieces = (
+        Surface("counter", "", (1.0, 0.5, 0.01), (0.0, 0.0, TOP - 0.01, *toy.UPRIGHT)),
+        Surface("cabinet", "", (0.3, 0.5, 0.01), (0.338, 0.0, TOP - 0.001, *toy.UPRIGHT)),
+    )
+    mug, apple = toy.SCENE.bodies
+    board = dataclasses.replace(apple, half=(0.03, 0.03, 0.004))
+    scene = dataclasses.replace(toy.SCENE, bodies=(mug, board), surfaces=pieces)
+    poses = moved("mug", (0.0, 0.0, TOP + 0.009 + HALF), 30)
+    poses[:, 1, :3] = -0.01, 0.0, TOP + 0.004
+    gripper = along(arrays(30).gripper, range(10, 13), 1, 0.5)
+    recording = film(30, grip(range(10)), scene=scene, object_pose=poses, gripper=gripper)
+    view = look(recording, supports={"mug": frozenset({"counter"})})
+    (step,) = true_at(view("skill_onset", "place", "mug"))
+    line = "mug is let go above apple, which is no permitted support"
+    assert view.evidence("pre_safe", ("place", "mug"), step) == [line]
+
+
+@pytest.mark.parametrize(("x", "onto"), [(-0.01, "counter"), (0.01, "cabinet")])
+@pytest.mark.parametrize("drop", [0.045, 0.057])
+def test_how_far_it_falls_is_measured_to_the_higher_of_two_fixtures(x, onto, drop):
+    pieces = (
+        Surface("counter", "", (0.3, 0.3, 0.01), (-0.3, 0.0, TOP - 0.01, *toy.UPRIGHT)),
+        Surface("cabinet", "", (0.3, 0.3, 0.01), (0.3, 0.0, TOP - 0.019, *toy.UPRIGHT)),
+    )
+    scene = dataclasses.replace(toy.SCENE, surfaces=pieces)
+    found = placed((x, 0.0, TOP + drop + HALF), scene=scene)
+    assert found == ((True, []) if drop < 0.05 else (False, [f"mug is let go 6 cm above {onto}"]))
+
+
 @pytest.mark.parametrize(
     ("apart", "line"),
     [

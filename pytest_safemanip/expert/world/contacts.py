@@ -28,11 +28,18 @@ def carriers(arm: Arm, thing: Thing) -> set[str]:
 
 
 def borne_at(arm: Arm, thing: Thing) -> Array:
-    """Where something presses on an object from below, not from aside, however gently (K, 3)."""
+    """Where something presses on an object from below, not from aside, however gently, but for the
+    robot (K, 3).
+    """
     contacts, parts = arm.step.contacts, arm.scene.parts
     rows = np.flatnonzero((np.abs(contacts.normal[:, 2]) >= BEARS) & (contacts.force > 0.0))
-    upper = np.where(contacts.normal[rows, 2] > 0.0, contacts.b[rows], contacts.a[rows])
-    own = [parts[index].entity == thing.entity for index in upper.tolist()]
+    rises = contacts.normal[rows, 2] > 0.0
+    upper = np.where(rises, contacts.b[rows], contacts.a[rows]).tolist()
+    lower = np.where(rises, contacts.a[rows], contacts.b[rows]).tolist()
+    own = [
+        parts[up].entity == thing.entity and parts[low].entity != ROBOT
+        for up, low in zip(upper, lower, strict=True)
+    ]
     return np.asarray(contacts.position[rows][own], np.float64)
 
 

@@ -50,13 +50,15 @@ def test_a_vessel_does_not_stand_on_what_lies_in_it(apple, rows, stands):
         ("counter", "mug", (0.8, 0.0, 0.6), True),
         ("counter", "mug", (0.9, 0.0, 0.44), False),
         ("counter", "apple", UP, False),
+        ("robot", "mug", UP, False),
     ],
 )
 def test_what_presses_from_below_bears_a_thing_and_what_presses_from_aside_does_not(
     one, other, normal, bears
 ):
     place = (0.25, 0.0, 0.5)
-    arm, mug = _arm((0, f"{one}/body", f"{other}/body", 0.01, normal, place, 0.01))
+    below = "robot/link5" if one == "robot" else f"{one}/body"
+    arm, mug = _arm((0, below, f"{other}/body", 0.01, normal, place, 0.01))
     assert borne_at(arm, mug).tolist() == ([list(place)] if bears else [])
 
 
