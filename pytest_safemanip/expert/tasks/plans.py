@@ -152,12 +152,13 @@ def _check_roles(arm: Arm, entries: tuple[Entry, ...]) -> None:
         if isinstance(entry, Mapping) and not roles.keys() & entry.keys():
             named, hint = ", ".join(entry), did_you_mean(next(iter(entry)), roles)
             raise ConfigError(f"plan: the task has none of the roles {named}; {hint}")
-        if not isinstance(entry, Call) or "or" in entry.skill.split():
-            continue
-        for role in entry.roles:
-            if role not in roles:
-                hint = did_you_mean(role, roles)
-                raise ConfigError(f"plan: {entry.text!r}: the task has no role {role!r}; {hint}")
+        for call in [] if isinstance(entry, Mapping) else calls_of([entry]):
+            missing = [role for role in call.roles if role not in roles]
+            if missing and "or" not in call.skill.split():
+                hint = did_you_mean(missing[0], roles)
+                raise ConfigError(
+                    f"plan: {call.text!r}: the task has no role {missing[0]!r}; {hint}"
+                )
 
 
 def ways_on(arm: Arm, entry: Errands | Alternatives) -> list[tuple[Entry, ...]]:

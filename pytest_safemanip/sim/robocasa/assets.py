@@ -105,11 +105,18 @@ def prepare_assets(package_root: Path, mode: Mode, cache_dir: Path | None = None
         roots.append(shipped)
     cache = (cache_dir or cache_home()).absolute() / "assets"
     _check_path(cache)
-    memo = cache / "found" / f"{_stamp(mode, roots, models)}.json"
-    assets = _recall(memo, cache)
-    if assets is None:
-        assets = _prepare(package_root, mode, cache, roots, models)
-        _remember(memo, assets)
+    try:
+        memo = cache / "found" / f"{_stamp(mode, roots, models)}.json"
+        assets = _recall(memo, cache)
+        if assets is None:
+            assets = _prepare(package_root, mode, cache, roots, models)
+            _remember(memo, assets)
+    except OSError as error:
+        # Where RoboCasa's own are written to, it is said above; these are read.
+        raise ConfigError(
+            f"RoboCasa's assets in {package_root} cannot be read: {error}; mend or remove that, or "
+            "download them again"
+        ) from error
     if assets.generic:
         logger.warning("no stand-in knows %s: a plain shape is used", ", ".join(assets.generic))
     return assets

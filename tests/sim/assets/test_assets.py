@@ -433,6 +433,21 @@ def test_a_missing_folder_is_named(tmp_path: Path, cache: Path) -> None:
         prepare_assets(tmp_path / "nowhere", "auto", cache)
 
 
+@pytest.mark.parametrize("link", ["gone.obj", "loop.obj"])
+def test_a_link_that_leads_nowhere_is_named(package: Path, cache: Path, link: str) -> None:
+    download(package)
+    (package / "objects/objaverse/apple/apple_1/loop.obj").symlink_to(link)
+    with pytest.raises(ConfigError, match=r"assets in .* cannot be read: .*apple_1/loop\.obj"):
+        prepare_assets(package, "auto", cache)
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe", b"sink: [1, 2"])
+def test_a_registry_that_is_no_yaml_is_named(package: Path, cache: Path, content: bytes) -> None:
+    (package / "fixtures/fixture_registry/sink.yaml").write_bytes(content)
+    with pytest.raises(ConfigError, match=r"sink\.yaml is no YAML: .*; download"):
+        prepare_assets(package, "auto", cache)
+
+
 def test_a_category_that_is_new_gets_a_plain_shape_and_a_warning(
     package: Path, cache: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -155,10 +155,18 @@ def source_files(models: Path) -> list[Path]:
 
 
 def load_yaml(path: Path) -> Any:
-    """Parse a YAML file, with libyaml where it is there."""
+    """Parse a YAML file, with libyaml where it is there.
+
+    Raises:
+        ConfigError: if it is none.
+    """
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-    with path.open(encoding="utf-8") as file:
-        return yaml.load(file, Loader=loader)  # noqa: S506 - both are safe loaders
+    try:
+        with path.open(encoding="utf-8") as file:
+            return yaml.load(file, Loader=loader)  # noqa: S506 - both are safe loaders
+    except (UnicodeDecodeError, yaml.YAMLError) as error:
+        why = " ".join(str(error).split())
+        raise ConfigError(f"{path} is no YAML: {why}; download RoboCasa's assets again") from error
 
 
 def _fixtures(registries: Mapping[str, Mapping[str, Any]]) -> Iterator[Fixture]:
