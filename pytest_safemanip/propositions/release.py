@@ -9,7 +9,7 @@ from pytest_safemanip.propositions.definition import Bools, Floats, Parameter, P
 from pytest_safemanip.propositions.kernels.filters import held, recently
 from pytest_safemanip.propositions.kernels.firmness import statically_supported, support_margin
 from pytest_safemanip.propositions.kernels.forces import forces_on, robot_parts
-from pytest_safemanip.propositions.kernels.margins import NONE, lasting, under
+from pytest_safemanip.propositions.kernels.margins import NONE, lasting, over, under
 from pytest_safemanip.propositions.kernels.support import (
     carried_objects,
     carrying_rows,
@@ -26,6 +26,7 @@ SPEED = Parameter(
 SPIN = Parameter("settled.spin", "rad/s", 0.2, "as the speed, at 10 cm")
 WINDOW = Parameter("settled.window", "s", 0.25, "a rocking object is slow at its turning points")
 MARGIN = Parameter("settled.margin", "m", 0.005, "a nudge must not tip it over the edge")
+SHARE = Parameter("settled.share", "", 0.5, "what bears most of its weight is what it rests on")
 TOUCH = Parameter("settled.touch", "N", 0.5, "whatever the robot still carries is not settled")
 UPRIGHT = Parameter(
     "settled.tilt", "rad", float(np.deg2rad(30.0)), "what must stand and lies has fallen over"
@@ -36,7 +37,8 @@ def settled(view: View, name: str) -> Bools:
     """For ``settled.window``, the object stands on permitted supports only by what carries it:
     its centre of mass is over its support by at least ``settled.margin`` (inside the hull of the
     contact points that carry it, or with the support's surface all around below it, or in an
-    upright vessel below its rim); the robot does not touch it with ``settled.touch``; it is upright
+    upright vessel below its rim), and they bear at least ``settled.share`` of what is borne of its
+    weight; the robot does not touch it with ``settled.touch``; it is upright
     if it must be. And within that window it was slower than ``settled.speed`` and ``settled.spin``
     relative to its support: its pose changed by less than that in the whole window. The floor and
     the robot are no support, nor is what lies on the floor itself.
@@ -69,6 +71,9 @@ def settled_evidence(view: View, name: str, step: int) -> list[str]:
         where = f" (it lies on {', which lies on '.join(below)})" if below else ""
         lines.append(f"{name} is on no permitted support{where}")
     for group in now.tolist():
+        if (share := float(found.share[group])) < p["settled.share"]:
+            where = ", ".join(_below(view, index, step)[:1])
+            lines.append(f"permitted supports bear {share:.0%} of {name} (it lies on {where})")
         if not statically_supported(view, found, now)[0]:
             margin = margin_at(view, found, group)
             lines.append(
@@ -120,7 +125,7 @@ def _rests(view: View, name: str, first: int, stop: int, where: Bools | None = N
     count = trace.count(p["settled.window"])
     begin, index = max(first - count + 1, 0), trace.scene.object_index[name]
     found = view.own(carried_objects, begin, stop)
-    groups = np.flatnonzero(found.body == index)
+    groups = np.flatnonzero((found.body == index) & (found.share >= p["settled.share"]))
     if where is not None:
         groups = groups[where[found.step[groups]]]
     if name in view.binding.upright:
@@ -158,6 +163,7 @@ def _rest_margin(
     groups = np.flatnonzero(found.body == index)
     steps, carried = found.step[groups], np.full(len(trace), NONE)
     carried[steps] = [support_margin(view, found, group) for group in groups.tolist()]
+    carried[steps] = np.minimum(carried[steps], over(found.share[groups], p["settled.share"]))
     if where is not None:
         carried[steps] = np.minimum(carried[steps], where[steps])
     if name in view.binding.upright:
@@ -205,7 +211,7 @@ PROPOSITIONS = (
         "settled",
         ("object",),
         lambda p: p["settled.window"],
-        (SPEED, SPIN, WINDOW, MARGIN, TOUCH, UPRIGHT),
+        (SPEED, SPIN, WINDOW, MARGIN, SHARE, TOUCH, UPRIGHT),
         settled,
         margin=settled_margin,
         evidence=settled_evidence,

@@ -115,6 +115,23 @@ def test_only_a_permitted_support_counts(on, allowed, settled):
         assert view.evidence("settled", ("mug",), 9) == [line]
 
 
+@pytest.mark.parametrize("other", ["cabinet/door", "apple/body", "robot/link5"])
+@pytest.mark.parametrize(("force", "most"), [(2.9, True), (3.1, False), (900.0, False)])
+def test_what_bears_most_of_an_object_has_to_be_permitted(other, force, most):
+    """The counter, which is permitted, bears 3 N; the robot is another condition's business."""
+    rows = [*touch(range(10), "counter/body", "mug/body", 3.0)]
+    rows += touch(range(10), other, "mug/body", force, (0, 0, 1))
+    supports = {"mug": frozenset({"counter"})}
+    view = look(film(10, rows), {"settled.touch": 1000.0}, supports=supports)
+    settled = most or other.startswith("robot")
+    assert view("settled", "mug")[-1] == settled
+    if not settled:
+        share = f"{3.0 / (3.0 + force):.0%}"
+        line = f"permitted supports bear {share} of mug (it lies on "
+        (found,) = view.evidence("settled", ("mug",), 9)
+        assert found.startswith(line)
+
+
 def test_the_robot_is_no_support_however_lightly_it_carries():
     view = look(film(10, touch(range(10), "robot/link5", "mug/body", 0.3)))
     assert not view("settled", "mug").any()

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pytest_safemanip.propositions.definition import Bools
 from pytest_safemanip.propositions.kernels.forces import owners
 from pytest_safemanip.propositions.view import View, pointwise
+from pytest_safemanip.trace.elements import ROBOT
 from pytest_safemanip.trace.geometry import angle_between, multiply, relative, to_world
 from pytest_safemanip.trace.planar import hull_margin
 
@@ -36,6 +37,7 @@ class Carried:
         below: the part that carries, of each contact point (R,).
         level: mean height of the contact points, m (G,).
         com: centre of mass, world frame (G, 3).
+        share: of the force that carries it, what comes from them, the robot's left out (G,).
     """
 
     body: Indices
@@ -46,6 +48,7 @@ class Carried:
     below: Indices
     level: Floats
     com: Floats
+    share: Floats
 
     def points_of(self, group: int) -> NDArray[np.float32]:
         """Contact points of one object at one step (K, 3)."""
@@ -74,6 +77,9 @@ def carried_objects(view: View, first: int, stop: int) -> Carried:
     rows, body, below = carrying_rows(view, first, stop)
     at = steps.contacts.step[rows]
     permitted = view.shared(_permitted)[body, below] & ~_lost(view, body, below, at)
+    counts, bodies = permitted | ~view.shared(_robot)[below], len(view.trace.scene.bodies)
+    keys, place = np.unique((at * bodies + body)[counts], return_inverse=True)
+    total = np.bincount(place, _upward(view, rows[counts]), len(keys))
     rows, body, below, at = rows[permitted], body[permitted], below[permitted], at[permitted]
     # They are in order of their steps, and stay so; small integers are sorted without comparing.
     order = np.argsort(body.astype(np.min_scalar_type(len(steps.object_pose[0]))), kind="stable")
@@ -82,6 +88,7 @@ def carried_objects(view: View, first: int, stop: int) -> Carried:
     begins = np.flatnonzero(np.concatenate((np.ones(len(rows[:1]), bool), starts)))
     count = np.append(begins[1:], len(rows)) - begins
     body, step = body[begins], at[begins]
+    mine = np.add.reduceat(_upward(view, rows), begins) if len(rows) else np.zeros(0)
     coms = np.array([b.com for b in view.trace.scene.bodies], float).reshape(-1, 3)
     points = steps.contacts.position[rows]
     return Carried(
@@ -93,7 +100,14 @@ def carried_objects(view: View, first: int, stop: int) -> Carried:
         below=below,
         level=np.add.reduceat(points[:, 2], begins, dtype=float) / count,
         com=to_world(steps.object_pose[step, body], coms[body]),
+        share=mine / total[np.searchsorted(keys, step * bodies + body)],
     )
+
+
+def _upward(view: View, rows: Indices) -> Floats:
+    """Vertical part of the force of contact rows, N (R,)."""
+    contacts = view.trace.steps.contacts
+    return np.asarray(np.abs(contacts.force[rows] * contacts.normal[rows, 2]), float)
 
 
 def margin_at(view: View, found: Carried, group: int) -> float:
@@ -136,6 +150,11 @@ def on_room(view: View) -> Bools:
     lies = view.shared(_room)[below]
     found[view.trace.steps.contacts.step[rows[lies]], body[lies]] = True
     return found
+
+
+def _robot(view: View) -> Bools:
+    """Which parts are of the robot (parts,)."""
+    return np.array([part.entity == ROBOT for part in view.trace.scene.parts], bool)
 
 
 def _room(view: View) -> Bools:
