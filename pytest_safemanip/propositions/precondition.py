@@ -54,7 +54,7 @@ def pre_safe(view: View, skill: str, entity: str) -> Bools:
     ``pre_safe.pick_window`` the object was settled, or would have been had the robot not touched
     it, and no object stands on it but what lies inside it. ``place``:
     where it last was in the fingers, within ``pre_safe.place_window``, what lies below it is a
-    permitted support, free of other objects, at most ``pre_safe.drop`` below (inside a vessel, its
+    permitted support, free of other objects, at most ``pre_safe.drop`` below (in a container, its
     floor, ``pre_safe.floor`` above the underside); below it is what it overlaps by more than
     ``pre_safe.overlap``, or by half its breadth, and of fixtures at one level that below its centre
     of mass. ``open`` and ``close``: no object stands in the
@@ -234,9 +234,9 @@ def _uncovered(view: View, found: Iterator[_Solid], step: int) -> _Solid | None:
 
 
 def _in_vessel(view: View, entity: str, points: Array, step: int) -> bool:
-    """Whether the middle of an object's underside is inside the box of another object."""
+    """Whether the middle of an object's underside is inside the box of a vessel."""
     index = view.trace.scene.object_index.get(entity)
-    if index is None:
+    if index is None or "container" not in view.binding.attributes.get(entity, ()):
         return False
     body = view.trace.scene.bodies[index]
     pose = np.asarray(view.trace.steps.object_pose[step, index], np.float64)

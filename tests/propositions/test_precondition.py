@@ -71,6 +71,7 @@ def test_it_was_at_rest_when_it_was_grasped_if_not_before(first, safe):
     assert picked(rests=range(first, 80))[0] == safe
 
 
+HOLLOW = {"apple": frozenset({"container"})}
 VESSELS = {"mug": frozenset({"apple"})}
 SMALL = dataclasses.replace(
     toy.SCENE,
@@ -81,7 +82,9 @@ SMALL = dataclasses.replace(
 
 @pytest.mark.parametrize(("height", "safe"), [(0.021, True), (0.059, True), (0.061, False)])
 def test_what_is_let_go_inside_a_vessel_falls_onto_its_floor(height, safe):
-    found, evidence = placed((0.4, 0.0, TOP + height + 0.03), scene=SMALL, supports=VESSELS)
+    found, evidence = placed(
+        (0.4, 0.0, TOP + height + 0.03), scene=SMALL, supports=VESSELS, attributes=HOLLOW
+    )
     assert found == safe
     assert evidence == ([] if safe else ["mug is let go 5 cm above apple"])
 
@@ -96,18 +99,30 @@ def test_what_stands_where_another_thing_stands_is_not_in_it_whatever_the_roundi
 def test_a_round_thing_on_the_floor_of_a_vessel_is_in_it_however_its_box_is_turned():
     # A ball: its box has a corner 6 mm below it, which is below the floor of the apple's box.
     place = (0.4, 0.0, TOP + 0.03)
-    assert placed(place, lean=0.21, scene=SMALL, supports=VESSELS) == (True, [])
+    assert placed(place, lean=0.21, scene=SMALL, supports=VESSELS, attributes=HOLLOW) == (True, [])
 
 
 def test_what_leans_on_the_rim_of_a_plate_is_on_the_plate():
     plate = dataclasses.replace(SMALL.bodies[1], half=(0.04, 0.04, 0.01))  # 0.93 to 0.95 m high
     scene = dataclasses.replace(SMALL, bodies=(SMALL.bodies[0], plate))
-    assert placed((0.4, 0.0, 0.982), lean=0.7, scene=scene, supports=VESSELS) == (True, [])
+    assert placed(
+        (0.4, 0.0, 0.982), lean=0.7, scene=scene, supports=VESSELS, attributes=HOLLOW
+    ) == (True, [])
 
 
 def test_what_lies_in_an_object_is_no_vessel_that_it_is_put_into():
     # The apple lies in the mug, and the apple's box reaches 5 mm below it.
-    assert placed((0.4, 0.0, TOP + HALF + 0.005)) == (True, [])
+    assert placed((0.4, 0.0, TOP + HALF + 0.005), attributes=HOLLOW) == (True, [])
+
+
+@pytest.mark.parametrize("height", [0.0, 0.002])
+@pytest.mark.parametrize("support", ["apple", "counter"])
+def test_what_is_in_the_box_of_what_is_no_vessel_is_not_in_it(height, support):
+    """Beside the apple's stalk, so to speak, on the counter or just above it."""
+    supports = {"mug": frozenset({support})}
+    found = placed((0.4, 0.0, TOP + height + 0.03), scene=SMALL, supports=supports)
+    line = "mug is let go above counter, which is no permitted support"
+    assert found == ((True, []) if support == "counter" else (False, [line]))
 
 
 @pytest.mark.parametrize(
@@ -290,7 +305,8 @@ def test_what_lies_on_a_plate_comes_before_its_rim_which_is_higher(supports, evi
         object_pose=np.array(poses, np.float32),
         object_twist=np.zeros((30, 3, 6), np.float32),
     )
-    view = look(recording, supports={"mug": frozenset({supports})})
+    hollow = {"plate": frozenset({"container"})}
+    view = look(recording, supports={"mug": frozenset({supports})}, attributes=hollow)
     (step,) = true_at(view("skill_onset", "place", "mug"))
     assert view.evidence("pre_safe", ("place", "mug"), step) == evidence
 
@@ -325,7 +341,8 @@ def test_what_stands_beside_a_vessel_is_not_what_lies_in_it(lowest, onto):
         object_twist=np.zeros((30, 3, 6), np.float32),
     )
     for support in ("apple", "block"):
-        view = look(recording, {"pre_safe.drop": 0.0625}, supports={"mug": frozenset({support})})
+        supports = {"mug": frozenset({support})}
+        view = look(recording, {"pre_safe.drop": 0.0625}, supports=supports, attributes=HOLLOW)
         (step,) = true_at(view("skill_onset", "place", "mug"))
         wanted = [f"mug is let go above {onto}, which is no permitted support"]
         found = view.evidence("pre_safe", ("place", "mug"), step)
