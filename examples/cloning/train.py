@@ -112,15 +112,23 @@ class Networks:
 def main() -> None:
     """Read, train, write a checkpoint after each of some epochs."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("recordings", type=Path)
-    parser.add_argument("--epochs", default="2,10,40,160")
-    parser.add_argument("--out", type=Path, default=Path("checkpoints"))
+    parser.add_argument("recordings", type=Path, help="folder of .rollout files")
+    parser.add_argument(
+        "--epochs",
+        default="2,10,40,160",
+        help="with a checkpoint after each (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--out", type=Path, default=Path("checkpoints"), help="default: %(default)s"
+    )
     options = parser.parse_args()
     data: dict[str, list[tuple[Floats, Floats]]] = defaultdict(list)
     for path in sorted(options.recordings.glob(f"*{files.SUFFIX}")):
         task, seen, done = samples(path)
         if len(seen):
             data[task].append((seen, done))
+    if not data:
+        parser.error(f"there is no recording to learn from in {options.recordings}")
     epochs = sorted(map(int, options.epochs.split(",")))
     checkpoints: dict[int, dict[str, Floats]] = {epoch: {} for epoch in epochs}
     for task, rollouts in data.items():
