@@ -291,7 +291,7 @@ def main() -> None:
         record(policies, options.seeds, options.out, options.stepping, options.n)
     rollouts = list(judged(policies, options.seeds, options.out))
     if not rollouts:
-        parser.error(f"--judge: {options.out} has no recording of these policies and seeds")
+        parser.error(f"{options.out} has no recording of these policies and seeds")
     counts = ["rollouts", "injected", "found", "recall % (95 %)", "median s", "max s"]
     last = ["near misses flagged", "expert flagged (triggered)"]
     tables = {

@@ -10,6 +10,7 @@ import numpy as np
 
 from pytest_safemanip.expert.motions.approaching import go_before
 from pytest_safemanip.expert.motions.gripping import LIFTED, grasp
+from pytest_safemanip.expert.motions.hand_ways import HandWays
 from pytest_safemanip.expert.motions.handholds import Part
 from pytest_safemanip.expert.motions.poses import Pose, Reach, Ways
 from pytest_safemanip.expert.motions.reaching import Reaching, any_heading
@@ -277,13 +278,13 @@ def come_to(
         SkillFailed: if it does not arrive.
     """
 
-    def find(clearance: float) -> list[Reach]:
+    def look() -> Callable[[float], list[Reach]]:
         some = list(poses())
-        room = Room.around(arm, [pose.point for pose in some])
-        return Reaching(arm, room, ways, clearance).find(some)
+        hands = HandWays(arm, Room.around(arm, [pose.point for pose in some]), ways)
+        return lambda clearance: Reaching(arm, hands, clearance).find(some)
 
     state = arm.step.base_pose.tobytes()
-    found = arm.latest(f"ways {where}", state, lambda: any_heading(arm, find))
+    found = arm.latest(f"ways {where}", state, lambda: any_heading(arm, look))
     if not found:
         raise NoWay(f"the hand has no way {where}")
     way = arm.choices.choose(f"way {where}", found)

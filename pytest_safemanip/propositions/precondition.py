@@ -236,7 +236,7 @@ def _uncovered(view: View, found: Iterator[_Solid], step: int) -> _Solid | None:
 def _in_vessel(view: View, entity: str, points: Array, step: int) -> bool:
     """Whether the middle of an object's underside is inside the box of a vessel."""
     index = view.trace.scene.object_index.get(entity)
-    if index is None or "container" not in view.binding.attributes.get(entity, ()):
+    if index is None or "container" not in view.binding.attributes_of(entity):
         return False
     body = view.trace.scene.bodies[index]
     pose = np.asarray(view.trace.steps.object_pose[step, index], np.float64)

@@ -8,6 +8,7 @@ from itertools import product
 import numpy as np
 
 from pytest_safemanip.expert.motions.approaching import draw_back, go_before
+from pytest_safemanip.expert.motions.hand_ways import HandWays
 from pytest_safemanip.expert.motions.handholds import LOW, SHARES, hands, outline
 from pytest_safemanip.expert.motions.poses import Pose, Reach, Ways
 from pytest_safemanip.expert.motions.reaching import SQUEEZED, Reaching
@@ -44,7 +45,7 @@ def drag(arm: Arm, thing: Thing) -> Motion:
     """
     back = -np.append(arm.forward, 0.0)
     room = Room.around(arm, [thing.centre, thing.centre + FARS[0] * back], [thing.entity])
-    reaching = Reaching(arm, room, Ways(), SQUEEZED)
+    reaching = Reaching(arm, HandWays(arm, room, Ways(), squeezed=True), SQUEEZED)
     found = [
         (reach, far * back)
         for reach in reaching.find(list(_behind(arm, thing)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from pytest_safemanip.expert.motions.approaching import (
     turned_over,
 )
 from pytest_safemanip.expert.motions.dragging import drag
+from pytest_safemanip.expert.motions.hand_ways import HandWays
 from pytest_safemanip.expert.motions.handholds import (
     SHALLOW,
     TIPS_OFF,
@@ -153,9 +155,9 @@ def _known_ways(
     what = f"ways to grasp {thing.entity} {part} {clearances} {but}"
 
     def find() -> list[Reach]:
-        ways = any_heading(
-            arm, lambda clearance: ways_to_grasp(arm, thing, part, goal, clearance), clearances, but
-        )
+        squeezed = min(clearances) <= SQUEEZED
+        look = partial(ways_to_grasp, arm, thing, part, goal, squeezed)
+        ways = any_heading(arm, look, clearances, but)
         # Its box does not show which of its ends is slim enough to be pinched.
         return _closing(arm, thing, ways) if part == "end" else ways
 
@@ -190,17 +192,17 @@ def _pull(arm: Arm, drawer: Furniture) -> Motion:
 
 
 def ways_to_grasp(
-    arm: Arm, thing: Thing, part: Part, goal: Goal | None, clearance: float
-) -> list[Reach]:
-    """Ways to take hold of a thing, the easiest first; last those with which there is no way to
-    where it is to be put.
+    arm: Arm, thing: Thing, part: Part, goal: Goal | None, squeezed: bool
+) -> Callable[[float], list[Reach]]:
+    """What finds ways to take hold of a thing, given the least clearance of the arm's links, m: the
+    easiest first, last those with which there is no way to where it is to be put.
 
     Args:
         arm: the arm.
         thing: the thing.
         part: by what of it.
         goal: finds where it is to be put.
-        clearance: least one of the arm's links, m.
+        squeezed: whether the hand is squeezed in.
     """
     along = inside(arm, thing)
     around = [
@@ -211,7 +213,7 @@ def ways_to_grasp(
     vessels = [vessel.entity for vessel in around]
     extra = [box for vessel in around for box in walls(vessel)]
     room = Room.around(arm, [thing.centre], [thing.entity, *along, *vessels], extra)
-    reaching = Reaching(arm, room, Ways(), clearance, vessels, either=True)
+    hands = HandWays(arm, room, Ways(), squeezed)
     parts = handholds(thing, part)
     found = [
         pose
@@ -219,22 +221,27 @@ def ways_to_grasp(
         for pose in grasp_poses(arm, thing, hold, thing.bottom)
         if not any(_hits(pose, Thing(arm, entity)) for entity in along)
     ]
-    if goal is None:
-        return reaching.find(found)
-    ways = list[Reach]()
-    # Where it is to be put, the base may have to be turned otherwise than to take it.
-    for turns in (HEADINGS[:1], HEADINGS[1:]):
-        placings = []
-        for turn in turns:
-            with facing(arm, turn):
-                placings.append(
-                    (turn, Placing(arm, thing, goal(), clearance=clearance, either=True))
-                )
-        suited = _Suited(arm, thing, placings, parts[0].around)
-        ways = reaching.find(found, GOOD, suited)
-        if suited.some or not ways:
-            break
-    return ways
+    placings: dict[float, Placing] = {}
+
+    def find(clearance: float) -> list[Reach]:
+        reaching = Reaching(arm, hands, clearance, vessels, either=True)
+        if goal is None:
+            return reaching.find(found)
+        ways = list[Reach]()
+        # Where it is to be put, the base may have to be turned otherwise than to take it.
+        for turns in (HEADINGS[:1], HEADINGS[1:]):
+            for turn in turns:
+                if turn not in placings:
+                    with facing(arm, turn):
+                        placings[turn] = Placing(arm, thing, goal(), squeezed=squeezed, either=True)
+            places = [(turn, placings[turn]) for turn in turns]
+            suited = _Suited(arm, thing, places, clearance, parts[0].around)
+            ways = reaching.find(found, GOOD, suited)
+            if suited.some or not ways:
+                break
+        return ways
+
+    return find
 
 
 class _Suited:
@@ -245,13 +252,19 @@ class _Suited:
         arm: the arm.
         thing: what is held.
         placings: look for ways to put it down, each with a turn of the base to the left, degrees.
+        clearance: least one of the arm's links, m.
         around: whether the thing is round.
     """
 
     def __init__(
-        self, arm: Arm, thing: Thing, placings: Sequence[tuple[float, Placing]], around: bool
+        self,
+        arm: Arm,
+        thing: Thing,
+        placings: Sequence[tuple[float, Placing]],
+        clearance: float,
+        around: bool,
     ) -> None:
-        self._arm, self._placings = arm, placings
+        self._arm, self._placings, self._clearance = arm, placings, clearance
         self._opening = thing.sides()[0][1] / OPENING
         # What is round is turned about the vertical where it is put, however it is held.
         self._first = 2 if around else 0
@@ -276,7 +289,7 @@ class _Suited:
         grip = Grip(pose.point, pose.hand, self._opening)
         for turn, placing in self._placings:
             with facing(self._arm, turn):
-                if ways := placing.ways(grip, 1, FEW):
+                if ways := placing.ways(grip, self._clearance, 1, FEW):
                     return ways[0].pose.turned != pose.turned
         return None
 

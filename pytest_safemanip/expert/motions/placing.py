@@ -8,8 +8,10 @@ import itertools
 import math
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytest_safemanip.expert.motions.approaching import draw_back, go_before, holding
 from pytest_safemanip.expert.motions.attitudes import (
@@ -23,10 +25,10 @@ from pytest_safemanip.expert.motions.attitudes import (
     tipped,
     upwards,
 )
+from pytest_safemanip.expert.motions.hand_ways import HandWays
 from pytest_safemanip.expert.motions.handholds import outline
 from pytest_safemanip.expert.motions.poses import SLANTED, Pose, Reach, Ways
 from pytest_safemanip.expert.motions.reaching import (
-    LINK_CLEARANCES,
     MOST,
     PATIENCE,
     Reaching,
@@ -78,7 +80,7 @@ ON_OTHERS = 0.6
 """What speaks against letting something go above what already lies there."""
 JUTS, OUT = 2.0, 0.005
 """What speaks against letting something go that reaches out of a basin, or over what it may not
-stand on; and how far something is out of where it is to be that is not quite in it, m.
+stand on; and how far something may reach out of what it is to lie in, m.
 """
 LEVEL, HIGHER_UP = 0.01, 0.03
 """What is no lower than what something is to stand on, and no higher than that, would be taken for
@@ -134,6 +136,7 @@ class Grip:
     opening: float
 
 
+Bools = NDArray[np.bool_]
 Spots = Callable[[], Sequence[Spot]]
 Bringing = Generator[Array, None, Reach]
 """A motion that ends where the hand goes straight to its goal; gives how it got there."""
@@ -203,17 +206,14 @@ def bring(arm: Arm, thing: Thing, spots: Spots, attitudes: Attitudes = standing)
     """
     state = arm.step.object_pose.tobytes(), arm.step.base_pose.tobytes()
 
+    def look() -> Callable[[float], list[Reach]]:
+        return partial(Placing(arm, thing, spots(), attitudes).ways, held(arm))
+
     def find(but: Sequence[float]) -> list[Reach]:
         return arm.latest(
             f"ways to bring {thing.entity} {but}",
             state,
-            lambda: any_heading(
-                arm,
-                lambda clearance: Placing(arm, thing, spots(), attitudes, clearance).ways(
-                    held(arm)
-                ),
-                but=but,
-            ),
+            lambda: any_heading(arm, look, but=but),
             LASTING,
         )
 
@@ -243,7 +243,7 @@ class Placing:
         thing: the thing.
         spots: where it may go.
         attitudes: finds how it may be turned there.
-        clearance: least one of the arm's links, m.
+        squeezed: whether the hand is squeezed in.
         either: whether it may be held with the hand turned over just as well.
     """
 
@@ -253,20 +253,25 @@ class Placing:
         thing: Thing,
         spots: Iterable[Spot],
         attitudes: Attitudes = standing,
-        clearance: float = LINK_CLEARANCES[0],
+        squeezed: bool = False,
         either: bool = False,
     ) -> None:
         self._arm, self._thing, self._turns = arm, thing, attitudes(arm, thing)
+        self._either = either
         self._dipped, self._along = attitudes is dipped, contents(arm, thing)
         self._tips = attitudes is standing and not self._along
         self._frame = arm.frame
         # Of fixtures that it has no leave to rest on; none where nobody knows.
         strange = set(arm.scene.entity) - supports(arm).get(thing.entity, set())
-        self._strange = solid(arm, strange if arm.permissions else (), moving=False)
-        self._others = other_things(arm, thing, *self._along)
+        self._strange = _Boxes(solid(arm, strange if arm.permissions else (), moving=False))
+        others = other_things(arm, thing, *self._along)
+        self._names = np.array([other.entity for other in others], str)
+        self._others = _Boxes([other.corners for other in others])
         self._shape = np.concatenate([outline(one) for one in (thing, *self._along)]) - thing.middle
         self._rests: dict[int, list[_Rest | None]] = {}
-        self._groups: list[tuple[list[Spot], Room, Reaching]] = []
+        self._groups: list[tuple[list[Spot], HandWays]] = []
+        self._reaching: dict[tuple[int, float], Reaching] = {}
+        self._poses: tuple[bytes, list[list[Pose]]] = b"", []
         ways = Ways(ENTRIES, LEAVES, brings=True)
         ordered = sorted(spots, key=lambda spot: spot.hollow)
         for hollow, some in itertools.groupby(ordered, key=lambda spot: spot.hollow):
@@ -276,24 +281,42 @@ class Placing:
             if hollow:
                 without, extra = [*without, hollow], walls(Thing(arm, hollow))
             room = Room.around(arm, [spot.point for spot in group], without, extra)
-            reaching = Reaching(arm, room, ways, clearance, either=either)
-            self._groups.append((group, room, reaching))
+            self._groups.append((group, HandWays(arm, room, ways, squeezed)))
 
-    def ways(self, grip: Grip, most: int = MOST, patience: int = PATIENCE) -> list[Reach]:
+    def ways(
+        self, grip: Grip, clearance: float, most: int = MOST, patience: int = PATIENCE
+    ) -> list[Reach]:
         """Ways to put it down, the easiest first.
 
         Args:
             grip: how it is held.
+            clearance: least one of the arm's links, m.
             most: ways that are enough.
             patience: poses that are looked at for that.
         """
         found: list[Reach] = []
-        for group, room, reaching in self._groups:
-            poses = [pose for spot in group for pose in self._poses(spot, room, grip)]
-            found += reaching.find(poses, most, patience=patience)
+        for number, poses in enumerate(self.poses(grip)):
+            key, hands = (number, clearance), self._groups[number][1]
+            if key not in self._reaching:
+                self._reaching[key] = Reaching(self._arm, hands, clearance, either=self._either)
+            found += self._reaching[key].find(poses, most, patience=patience)
         return varied(found, most)
 
-    def _poses(self, spot: Spot, room: Room, held: Grip) -> Iterator[Pose]:
+    def poses(self, grip: Grip) -> list[list[Pose]]:
+        """How the hand may be with the thing on a spot of each group."""
+        key = np.concatenate((grip.point, grip.hand.ravel(), [grip.opening])).tobytes()
+        if key != self._poses[0]:
+            # There are thousands: those of one grip are remembered.
+            self._poses = (
+                key,
+                [
+                    [pose for spot in group for pose in self._on(spot, hands.room, grip)]
+                    for group, hands in self._groups
+                ],
+            )
+        return self._poses[1]
+
+    def _on(self, spot: Spot, room: Room, held: Grip) -> Iterator[Pose]:
         """How the hand may be with the thing on a spot."""
         tips = tipped(self._arm, held.hand) if spot.hollow and self._tips else []
         openings = (1.0, min(1.0, held.opening + NARROWLY)) if spot.hollow else (1.0,)
@@ -340,9 +363,7 @@ class Placing:
         others = self._on_others(spot, room, box + at, com + at)
         if self._on_top(spot, box + at):
             return None
-        strange = not spot.hollow and self._reaches_over(
-            self._strange, spot, box + at, -LEVEL, HIGHER_UP
-        )
+        strange = not spot.hollow and self._strange.below(box + at, spot, (-LEVEL, HIGHER_UP))
         # What is dipped goes in with its end, and need not come down to the floor.
         end = load[load[:, 2] < lowest + END].mean(axis=0) if self._dipped else np.zeros(3)
         heights = []
@@ -370,8 +391,7 @@ class Placing:
             com: its centre of mass there (3,).
         """
         column = np.linspace((*com[:2], box[:, 2].min()), com, 4)
-        others = [thing.corners for thing in self._others if thing.entity != spot.hollow]
-        above = self._reaches_over(others, spot, box, LEVEL, math.inf)
+        above = self._others.below(box, spot, (LEVEL, math.inf), self._names != spot.hollow)
         inside = room.away(column @ self._frame).min() < 0.0
         return 0.5 * ON_OTHERS * (float(above) + float(inside))
 
@@ -379,24 +399,37 @@ class Placing:
         """Whether the box (8, 3) of what is put on a shelf would be on top of what stands there."""
         if spot.space is None or spot.area is not None:
             return False
-        low = spot.point[2] + HIGHER_UP
-        there = [thing.corners for thing in self._others if thing.bottom < low]
-        return self._reaches_over(there, spot, box, LEVEL, math.inf)
+        there = self._others.low[:, 2] < spot.point[2] + HIGHER_UP
+        return self._others.below(box, spot, (LEVEL, math.inf), there)
 
-    def _reaches_over(
-        self, boxes: Sequence[Array], spot: Spot, box: Array, low: float, high: float
+
+class _Boxes:
+    """Boxes that something may reach over.
+
+    Args:
+        boxes: their corners, each (8, 3).
+    """
+
+    def __init__(self, boxes: Sequence[Array]) -> None:
+        self._corners = np.array(boxes, float).reshape(-1, 8, 3)
+        self.low, self._high = self._corners.min(axis=1), self._corners.max(axis=1)
+
+    def below(
+        self, box: Array, spot: Spot, top: tuple[float, float], among: Bools | bool = True
     ) -> bool:
-        """Whether the box (8, 3) of what comes to stand on a spot reaches over some others, each
-        (8, 3), whose top is so much higher than the spot, at least and at most, m.
+        """Whether the box (8, 3) of what comes to stand on a spot reaches over one of some.
+
+        Args:
+            box: the box there.
+            spot: the spot.
+            top: how much higher than it those end, at least and at most, m.
+            among: which of them are looked at.
         """
-        first, last = box.min(axis=0), box.max(axis=0)
-        return any(
-            low < other[:, 2].max() - spot.point[2] < high
-            and (other.min(axis=0) < last)[:2].all()
-            and (other.max(axis=0) > first)[:2].all()
-            and footprints_overlap(box, other, 0.0)
-            for other in boxes
-        )
+        ends = self._high[:, 2] - spot.point[2]
+        near = among & (top[0] < ends) & (ends < top[1])
+        near &= (self.low[:, :2] < box.max(axis=0)[:2]).all(axis=1)
+        near &= (self._high[:, :2] > box.min(axis=0)[:2]).all(axis=1)
+        return any(footprints_overlap(box, other, 0.0) for other in self._corners[near])
 
 
 def _over(spot: Spot, com: Array) -> bool:

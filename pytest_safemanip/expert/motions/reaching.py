@@ -11,7 +11,6 @@ from __future__ import annotations
 import collections
 import heapq
 import itertools
-import math
 from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
@@ -19,45 +18,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_safemanip.expert.motions.approaching import hand_passes, links_pass
-from pytest_safemanip.expert.motions.poses import Pose, Reach, Steps, Way, Ways
+from pytest_safemanip.expert.motions.hand_ways import HandWays
+from pytest_safemanip.expert.motions.poses import Pose, Reach, Way
 from pytest_safemanip.expert.motions.turning import facing
 from pytest_safemanip.expert.robot.arm import Arm
-from pytest_safemanip.expert.robot.hand import (
-    FINGER_SIDE,
-    FINGER_THICK,
-    FINGERTIP,
-    OPENING,
-    PALM,
-    WRIST,
-    finger_points,
-    palm_points,
-)
+from pytest_safemanip.expert.robot.hand import WRIST
 from pytest_safemanip.expert.robot.kinematics import SPHERES, bodies, reach_of, solve, strain
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.expert.world.room import Room
 from pytest_safemanip.expert.world.standing import nearest, rearmost
 
-FINGERS_FREE, PALM_FREE = 0.001, 0.003
-"""Room around fingers and palm at a goal, m."""
 LINK_CLEARANCES = (-0.004, -0.02)
 """Least clearance of the balls around the arm's links, m. The links are slimmer than the balls, so
 that the second value is tried where the first one leaves no way."""
-SQUEEZED, GRAZES = -0.025, 0.007
-"""Likewise where the hand has no room otherwise, and how much less is left around it then, m: its
-shape and others are taken for larger than they are, and a rehearsal tells whether they meet."""
+SQUEEZED = -0.025
+"""Likewise where the hand has no room otherwise."""
 OVERLAP_COST = 50.0
 """Cost of each m by which a ball's clearance is below the first value."""
-LOWERED = 0.018
-"""How far the hand is lowered into a vessel with what it brings, m."""
-TIGHT, BELOW_EDGE, ON_WAY = 0.001, 0.005, 0.012
-"""Room around the hand and what it holds on the way: at least, out from below an edge, and that is
-as good as more, m."""
 ENOUGH = 0.03
 """Room that is as good as more, m."""
-CLEAR = 0.05
-"""Room around a hand that can be turned, m."""
-BACKS, SLANTS = np.arange(0.0, 0.72, 0.05), (0.0, 0.15, -0.15, 0.3, -0.3)
-"""How far the base stands back, m, and how much of that to the left: no board is between two."""
 BEFORE_WRIST = (0.48, 0.40, 0.56, 0.33)
 """Base to wrist, m."""
 BESIDE_WRIST = (0.0, 0.1, -0.1, 0.2, -0.2, 0.3, -0.3, 0.45, -0.45, 0.6, -0.6)
@@ -76,21 +54,8 @@ less, and what speaks against each m more: straight, it gets 3 cm farther, and t
 cm off."""
 CHUNKS, VAIN, PATIENCE = (12, 48), 150, 240
 """How many poses are looked at at a time, at first and at most, in vain, and in all."""
-PALM_POINTS, FINGER_ENDS = palm_points(), finger_points(0.0)
-GRAZED = -0.001
-"""How far inside of open fingers something may be, m."""
 FOREARM = next(k for k, (link, *_) in enumerate(SPHERES) if link == 5)
 """First of the arm's balls that may come near what is in the hand."""
-FEW = 6
-"""A way on which every so manieth point has no room is none."""
-UNDERSIDE = 0.01
-"""Points of a load that are no higher than this above its lowest one are on its underside, m."""
-STRIDE = 0.02
-"""Between places on a straight way that are looked at, m."""
-ROUGH = 0.006
-"""By how much distances are wrong that are looked up, m."""
-ODD = 0.6
-"""What speaks against coming from below an edge."""
 LIKE, FAILED, UNFIT = 0.01, 3, 12
 """What speaks against another pose that is alike in one respect, and so many times as much if the
 arm does not get to the one it is like, or if that does not suit, which takes long to find out."""
@@ -102,7 +67,7 @@ MOST, UNSUITED = 16, 4
 
 def any_heading(
     arm: Arm,
-    find: Callable[[float], list[Reach]],
+    look: Callable[[], Callable[[float], list[Reach]]],
     clearances: Sequence[float] = LINK_CLEARANCES,
     but: Collection[float] = (),
 ) -> list[Reach]:
@@ -111,16 +76,20 @@ def any_heading(
 
     Args:
         arm: the arm.
-        find: finds them, given the least clearance of the arm's links, m.
-        clearances: that it is given, one after the other.
+        look: looks around with the base turned somehow, and gives what finds them then, given the
+            least clearance of the arm's links, m.
+        clearances: that that is given, one after the other.
         but: turns of the base that are left out, degrees.
     """
     headings = [turn for turn in HEADINGS if turn not in but]
+    finders: dict[float, Callable[[float], list[Reach]]] = {}
     for clearance in clearances:
         meeting: list[Reach] = []
         for turn in headings:
             with facing(arm, turn):
-                found = [replace(reach, turn=turn) for reach in find(clearance)]
+                if turn not in finders:
+                    finders[turn] = look()
+                found = [replace(reach, turn=turn) for reach in finders[turn](clearance)]
             if not all(reach.meets for reach in found):
                 return found
             meeting = meeting or found
@@ -147,10 +116,8 @@ class Reaching:
 
     Args:
         arm: the arm.
-        room: what is around.
-        ways: how the hand may come and leave.
-        clearance: least one of the arm's links, m; where the hand is squeezed in, the first way
-            on which it has any room is taken, for a roomier one may lead the arm into something.
+        hands: looks for the ways of the hand.
+        clearance: least one of the arm's links, m.
         vessels: that the hand goes into, which it must not touch.
         either: whether the hand may be turned over.
     """
@@ -158,16 +125,13 @@ class Reaching:
     def __init__(
         self,
         arm: Arm,
-        room: Room,
-        ways: Ways,
+        hands: HandWays,
         clearance: float = LINK_CLEARANCES[0],
         vessels: Sequence[str] = (),
         either: bool = False,
     ) -> None:
-        self._arm, self._room, self._ways, self._clearance = arm, room, ways, clearance
+        self._arm, self._hands, self._clearance = arm, hands, clearance
         self._vessels, self._either = vessels, either
-        squeezed = clearance <= SQUEEZED
-        self._grazes, self._enough = (GRAZES, TIGHT) if squeezed else (0.0, ON_WAY)
         self._frame = arm.frame
         self._fronts, self._rears = dict[float, float](), dict[float, float]()
 
@@ -244,7 +208,7 @@ class Reaching:
         """
         found, left = list[tuple[bool, Way, list[Reach]]](), list(poses)
         for plain in (True, False):
-            ways = [way for pose in left if (way := self._hand_way(pose, plain))]
+            ways = [way for pose in left if (way := self._hands.way(pose, plain))]
             of = {id(way.pose): way for way in ways}
             reaches = self._postures(ways)
             if self._either:
@@ -266,7 +230,7 @@ class Reaching:
             seen: how often one was looked at, by the respects in which poses are alike.
         """
         alike: dict[Hashable, list[Pose]] = {}
-        for pose, free in zip(some, self._roughly(some), strict=True):
+        for pose, free in zip(some, self._hands.roughly(some), strict=True):
             if free:
                 alike.setdefault((pose.family, pose.place), []).append(pose)
         turns = {
@@ -286,121 +250,9 @@ class Reaching:
                 continue
             if (after := next(turns[pose.family, pose.place], None)) is not None:
                 heapq.heappush(waiting, (worse(after), number, after))
-            if self._grips(pose):
+            if self._hands.grips(pose):
                 seen.update(_respects(pose))
                 yield pose
-
-    def _roughly(self, poses: Sequence[Pose]) -> NDArray[np.bool_]:
-        """Whether the hand may have room at some poses (K,)."""
-        points = self._frame.T @ np.array([pose.point for pose in poses]).T
-        hands = self._frame.T @ np.array([pose.hand for pose in poses])
-        palms = PALM_POINTS @ hands.transpose(0, 2, 1) + points.T[:, None]
-        tips = FINGER_ENDS @ hands.transpose(0, 2, 1) + points.T[:, None]
-        free = self._room.away(palms).min(axis=1) > PALM_FREE - self._grazes - ROUGH
-        least = FINGERS_FREE - self._grazes - ROUGH
-        return np.asarray(free & (self._room.away(tips).min(axis=1) > least))
-
-    def _grips(self, pose: Pose) -> bool:
-        """Whether the hand has room at a pose, and where it lets go of what it brings."""
-        lowered = pose.point - (0.0, 0.0, LOWERED if pose.hollow else 0.0)
-        low = pose.point - (0.0, 0.0, min(pose.over, LOWERED) if pose.hollow else 0.0)
-        openings = {pose.opening, min(pose.opening, pose.holding)}
-        fingers = np.concatenate([finger_points(opening) for opening in openings])
-        return (
-            self._room_at(replace(pose, point=lowered), PALM_POINTS) >= PALM_FREE - self._grazes
-            and self._room_at(pose, fingers) >= FINGERS_FREE - self._grazes
-            and self._room_at(replace(pose, point=low), fingers) >= FINGERS_FREE - self._grazes
-        )
-
-    def _room_at(self, pose: Pose, points: Array) -> float:
-        """Room around points of a hand at a pose, m."""
-        return self._room.least((points @ pose.hand.T + pose.point) @ self._frame)
-
-    def _hand_way(self, pose: Pose, plain: bool) -> Way | None:
-        """How the hand comes and leaves, in any way or out from below an edge; None if it has no
-        room for that.
-        """
-        ways = self._ways
-        entries, leaves = (
-            [step for step in steps if plain or step[2]] for steps in (ways.entries, ways.leaves)
-        )
-        into = self._first_free(pose, entries, ways.brings)
-        out = self._first_free(pose, leaves, not ways.brings) if into else None
-        if not into or not out:
-            return None
-        room = min(into[2], out[2], self._room_at(pose, PALM_POINTS))
-        cost = 20.0 * max(0.0, ON_WAY - room) + (0.0 if plain else ODD)
-        return Way(pose, into[0], out[0], into[1], out[1], cost)
-
-    def _first_free(
-        self, pose: Pose, steps: Steps, loaded: bool
-    ) -> tuple[Array, Array, float] | None:
-        """How far off its goal the hand is before or after, how far it is then drawn back (2,), and
-        the room on that way, m; None if there is none.
-        """
-        best: tuple[Array, Array, float] | None = None
-        opening = min(pose.opening, pose.holding) if loaded else pose.opening
-        hand = np.concatenate((PALM_POINTS, finger_points(opening))) @ pose.hand.T + pose.point
-        points = (np.concatenate((hand, pose.load)) if loaded else hand) @ self._frame
-        for back, up, near in steps:
-            offset = np.array((0.0, 0.0, up)) - back * pose.hand[:, 2]
-            offset[:2] -= near * self._arm.forward
-            least = (BELOW_EDGE if near else TIGHT) - self._grazes
-            off = offset @ self._frame
-            if not self._straight(points, off, least) or not (
-                loaded or self._ways.brings or _past(pose, offset)
-            ):
-                continue
-            for slant in SLANTS:
-                drawn = self._drawn_back(points + off, slant)
-                if drawn is None:
-                    continue
-                out, room = drawn
-                if loaded:
-                    room = min(room, self._over(points[len(hand) :] + off, out))
-                if room <= TIGHT - self._grazes:
-                    continue
-                if best is None or room > best[2] + 0.002:
-                    best = offset, self._frame[:2, :2] @ out, room
-                if room >= self._enough:
-                    return best
-        return best
-
-    def _straight(self, points: Array, offset: Array, least: float) -> bool:
-        """Whether points (P, 3) of a hand have so much room on the straight way to a goal, m."""
-        length = float(np.linalg.norm(offset))
-        far = np.minimum(np.arange(STRIDE, length + STRIDE, STRIDE), length)
-        steps = ((far / length)[:, None] * offset)[:, None]
-        for some in (points[::FEW], points):
-            if self._room.away(some + steps).min() <= least:
-                return False
-        # Between the points at which distances are noted is room for a thin board.
-        return self._room.least((points + steps).reshape(-1, 3)) > TIGHT - self._grazes - ROUGH
-
-    def _drawn_back(self, points: Array, slant: float) -> tuple[Array, float] | None:
-        """How far the base draws back from where a hand has such points (P, 3) for the hand to be
-        clear of everything (2,), and the room on that way, m; None if there is none.
-        """
-        backs = BACKS[:, None] * np.array((-1.0, slant, 0.0))
-        for some in (points[::FEW], points):
-            away = self._room.away(some + backs[:, None]).min(axis=1)
-            shut = np.flatnonzero(away < CLEAR)
-            first = int(shut[-1]) + 1 if len(shut) else 0
-            room = min(float(away[: max(first, 1)].min()), ON_WAY)
-            if first == len(away) or room <= TIGHT - self._grazes:
-                return None
-        return backs[first, :2], room
-
-    def _over(self, load: Array, back: Array) -> float:
-        """Room around what the hand holds (P, 3) as it is drawn back (2,), m: also from boards and
-        knobs that fit between its points, or between the places that are looked at.
-        """
-        under = load[load[:, 2] < load[:, 2].min() + UNDERSIDE]
-        one, other = np.triu_indices(len(under), 1)
-        points = np.concatenate((load, (under[one] + under[other]) / 2.0))
-        shares = np.linspace(0.0, 1.0, 1 + math.ceil(float(np.linalg.norm(back)) / STRIDE))
-        steps = shares[:, None, None] * np.append(back, 0.0)
-        return self._room.least((points + steps).reshape(-1, 3))
 
     def _postures(self, ways: Sequence[Way]) -> list[Reach]:
         """The places of the base from which the arm gets to poses that its hand has room at."""
@@ -427,7 +279,7 @@ class Reaching:
             for share in (0.0, 0.3, 0.7) if stop < 2 else (0.0,):
                 off = np.zeros((len(left), 1, 3))
                 off[:, 0, :2] = share * offs[which[left], stop]
-                away = self._room.away(spheres + off, radii).min(axis=1)
+                away = self._hands.room.away(spheres + off, radii).min(axis=1)
                 least[left] = np.minimum(least[left], away)
             if stop == 2:
                 there &= self._off_load([ways[k].pose for k in which[left]], spheres, radii)
@@ -500,18 +352,6 @@ def _cost(reach: Reach) -> float:
 def _respects(pose: Pose) -> list[Hashable]:
     """In what a pose is like others."""
     return [("place", pose.place), *enumerate(pose.family)]
-
-
-def _past(pose: Pose, offset: Array) -> bool:
-    """Whether open fingers pass what they close on, or let go of, on the straight way to it."""
-    near = pose.opening * OPENING / 2.0 if pose.opening < 1.0 else OPENING / 2.0
-    for share in np.linspace(0.0, 1.0, 5):
-        own = (pose.load - pose.point - share * offset) @ pose.hand
-        (x, y), ahead = np.abs(own[:, :2]).T, own[:, 2]
-        beside = (x > near - GRAZED) & (x < near + FINGER_THICK) & (y < FINGER_SIDE)
-        if (beside & (ahead > -PALM) & (ahead < FINGERTIP)).any():
-            return False
-    return True
 
 
 def varied(found: Iterable[Reach], most: int) -> list[Reach]:

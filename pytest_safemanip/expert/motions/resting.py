@@ -24,7 +24,8 @@ higher than wide may lean on what lies beside it, rad."""
 STEADY = 0.006
 """How far a centre of mass is within what bears it, m."""
 LEVELS = np.linspace(-0.01, 0.01, 9)
-"""Above the points that bear it, heights of what would as well if it were nudged, m."""
+"""Heights that count as the height of the points that bear something, counted from there, m: what
+reaches one of them would bear it, too, if it were nudged."""
 CATCHES = 0.01
 """How far beside these what would catch something is that leans, m."""
 

@@ -134,7 +134,7 @@ def _on_shelves(arm: Arm, fixture: Furniture, size: Array, spaces: Sequence[int]
     """Spots on the shelves of a fixture, for what has some half extents ahead and aside (2,), m."""
     found = []
     shelves, frame = fixture.open_interiors(), arm.frame
-    shuts = bool(arm.scene.doors_of(fixture.entity))
+    shuts = bool(fixture.doors())
     for number, (pose, half) in enumerate(shelves):
         if spaces and number not in spaces and number - len(shelves) not in spaces:
             continue

@@ -152,7 +152,9 @@ def _check_roles(arm: Arm, entries: tuple[Entry, ...]) -> None:
         if isinstance(entry, Mapping) and not roles.keys() & entry.keys():
             named, hint = ", ".join(entry), did_you_mean(next(iter(entry)), roles)
             raise ConfigError(f"plan: the task has none of the roles {named}; {hint}")
-        for call in [] if isinstance(entry, Mapping) else calls_of([entry]):
+        if isinstance(entry, Mapping):
+            continue
+        for call in calls_of([entry]):
             missing = [role for role in call.roles if role not in roles]
             if missing and "or" not in call.skill.split():
                 hint = did_you_mean(missing[0], roles)

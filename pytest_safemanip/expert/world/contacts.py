@@ -23,7 +23,7 @@ def carriers(arm: Arm, thing: Thing) -> set[str]:
     """The entities that press on an object from below, but for the robot; what lies in it or on it
     does not.
     """
-    below = {low.entity for up, low in _stacked(arm) if up.entity == thing.entity}
+    below = {low.entity for _, up, low in _stacked(arm) if up.entity == thing.entity}
     return below - {ROBOT}
 
 
@@ -31,16 +31,16 @@ def borne_at(arm: Arm, thing: Thing) -> Array:
     """Where something presses on an object from below, not from aside, however gently, but for the
     robot (K, 3).
     """
-    contacts, parts = arm.step.contacts, arm.scene.parts
-    rows = np.flatnonzero((np.abs(contacts.normal[:, 2]) >= BEARS) & (contacts.force > 0.0))
-    rises = contacts.normal[rows, 2] > 0.0
-    upper = np.where(rises, contacts.b[rows], contacts.a[rows]).tolist()
-    lower = np.where(rises, contacts.a[rows], contacts.b[rows]).tolist()
-    own = [
-        parts[up].entity == thing.entity and parts[low].entity != ROBOT
-        for up, low in zip(upper, lower, strict=True)
+    contacts = arm.step.contacts
+    rows = [
+        row
+        for row, up, low in _stacked(arm, 0.0)
+        if up.entity == thing.entity
+        and low.entity != ROBOT
+        and contacts.force[row] > 0.0
+        and abs(contacts.normal[row, 2]) >= BEARS
     ]
-    return np.asarray(contacts.position[rows][own], np.float64)
+    return np.asarray(contacts.position[rows], np.float64)
 
 
 def touching(arm: Arm, thing: Thing) -> set[str]:
@@ -54,20 +54,22 @@ def touching(arm: Arm, thing: Thing) -> set[str]:
 def loads(arm: Arm, joint: Joint) -> set[str]:
     """The objects that lie on what a joint moves, or on what does."""
     stacked = list(_stacked(arm))
-    found, more = set[str](), {up.entity for up, low in stacked if low.joint == joint.key}
+    found, more = set[str](), {up.entity for _, up, low in stacked if low.joint == joint.key}
     while more:
         found |= more
-        more = {up.entity for up, low in stacked if low.entity in found} - found
+        more = {up.entity for _, up, low in stacked if low.entity in found} - found
     return found & set(arm.scene.object_index)
 
 
-def _stacked(arm: Arm) -> Iterator[tuple[Part, Part]]:
-    """Parts that press on each other, the upper one first."""
+def _stacked(arm: Arm, force: float = TOUCH_FORCE) -> Iterator[tuple[int, Part, Part]]:
+    """Contact points that carry, with a force at least: the row of each, the upper part and the
+    lower.
+    """
     contacts, parts = arm.step.contacts, arm.scene.parts
-    for row in np.flatnonzero(contacts.force >= TOUCH_FORCE).tolist():
-        pair, lift = (parts[contacts.a[row]], parts[contacts.b[row]]), contacts.normal[row, 2]
+    for row in np.flatnonzero(contacts.force >= force).tolist():
+        a, b, lift = parts[contacts.a[row]], parts[contacts.b[row]], contacts.normal[row, 2]
         if abs(lift) > LIFTS:
-            yield pair[::-1] if lift > 0.0 else pair
+            yield (row, b, a) if lift > 0.0 else (row, a, b)
 
 
 def supports(arm: Arm) -> dict[str, set[str]]:

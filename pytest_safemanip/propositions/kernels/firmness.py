@@ -256,7 +256,7 @@ def _vessels(
     found = []
     for place, (number, box) in enumerate(zip(solid.numbers, solid.boxes, strict=True)):
         index = -1 - number
-        if number >= 0 or "container" not in view.binding.attributes.get(solid.owners[place], ()):
+        if number >= 0 or "container" not in view.binding.attributes_of(solid.owners[place]):
             continue
         vessel, pose = view.trace.scene.bodies[index], view.trace.steps.object_pose[step, index]
         away = np.linalg.norm(com - to_world(pose, vessel.com)[:2])

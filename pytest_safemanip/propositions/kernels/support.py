@@ -5,6 +5,7 @@ For all objects and some steps at once: a call costs more than its arithmetic.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,9 +78,7 @@ def carried_objects(view: View, first: int, stop: int) -> Carried:
     rows, body, below = carrying_rows(view, first, stop)
     at = steps.contacts.step[rows]
     permitted = view.shared(_permitted)[body, below] & ~_lost(view, body, below, at)
-    counts, bodies = permitted | ~view.shared(_robot)[below], len(view.trace.scene.bodies)
-    keys, place = np.unique((at * bodies + body)[counts], return_inverse=True)
-    total = np.bincount(place, _upward(view, rows[counts]), len(keys))
+    share = _share(view, rows, permitted, view.shared(_robot)[below], (at - first, body))
     rows, body, below, at = rows[permitted], body[permitted], below[permitted], at[permitted]
     # They are in order of their steps, and stay so; small integers are sorted without comparing.
     order = np.argsort(body.astype(np.min_scalar_type(len(steps.object_pose[0]))), kind="stable")
@@ -88,7 +87,6 @@ def carried_objects(view: View, first: int, stop: int) -> Carried:
     begins = np.flatnonzero(np.concatenate((np.ones(len(rows[:1]), bool), starts)))
     count = np.append(begins[1:], len(rows)) - begins
     body, step = body[begins], at[begins]
-    mine = np.add.reduceat(_upward(view, rows), begins) if len(rows) else np.zeros(0)
     coms = np.array([b.com for b in view.trace.scene.bodies], float).reshape(-1, 3)
     points = steps.contacts.position[rows]
     return Carried(
@@ -100,14 +98,29 @@ def carried_objects(view: View, first: int, stop: int) -> Carried:
         below=below,
         level=np.add.reduceat(points[:, 2], begins, dtype=float) / count,
         com=to_world(steps.object_pose[step, body], coms[body]),
-        share=mine / total[np.searchsorted(keys, step * bodies + body)],
+        share=share[step - first, body],
     )
 
 
-def _upward(view: View, rows: Indices) -> Floats:
-    """Vertical part of the force of contact rows, N (R,)."""
+def _share(
+    view: View, rows: Indices, permitted: Bools, robot: Bools, cell: tuple[Indices, Indices]
+) -> Floats:
+    """How much of what carries each object comes from permitted supports (steps, N).
+
+    Args:
+        view: what is looked at.
+        rows: contact points that carry (R,).
+        permitted: which of them are on a permitted support (R,).
+        robot: which of them are on the robot: they count for nothing (R,).
+        cell: the step, counted from the first, and the object of each (R,), (R,).
+    """
     contacts = view.trace.steps.contacts
-    return np.asarray(np.abs(contacts.force[rows] * contacts.normal[rows, 2]), float)
+    upward = np.abs(contacts.force[rows] * contacts.normal[rows, 2])
+    shape = int(cell[0].max(initial=0)) + 1, len(view.trace.scene.bodies)
+    place, size = np.ravel_multi_index(cell, shape), math.prod(shape)
+    ours = np.bincount(place, np.where(permitted, upward, 0.0), size)
+    others = np.bincount(place, np.where(permitted | robot, 0.0, upward), size)
+    return np.divide(ours, ours + others, np.zeros(size), where=ours > 0.0).reshape(shape)
 
 
 def margin_at(view: View, found: Carried, group: int) -> float:

@@ -112,7 +112,7 @@ def prepare_assets(package_root: Path, mode: Mode, cache_dir: Path | None = None
             assets = _prepare(package_root, mode, cache, roots, models)
             _remember(memo, assets)
     except OSError as error:
-        # Where RoboCasa's own are written to, it is said above; these are read.
+        # What is written to RoboCasa's package has an error of its own; here something was read.
         raise ConfigError(
             f"RoboCasa's assets in {package_root} cannot be read: {error}; mend or remove that, or "
             "download them again"

@@ -32,8 +32,8 @@ def test_what_may_not_rest_on_a_counter_does_not_reach_over_it(supports, strange
     thing = Thing(arm, "obj")
     spot = Spot(np.append(thing.middle[:2], thing.bottom))
     placing = Placing(arm, thing, [spot])
-    ((group, room, _),) = placing._groups
-    costs = [pose.cost for pose in placing._poses(group[0], room, held(arm))]
+    (poses,) = placing.poses(held(arm))
+    costs = [pose.cost for pose in poses]
     assert (min(costs) >= JUTS) == strange
 
 
@@ -48,7 +48,6 @@ def test_what_is_put_in_what_shuts_is_in_as_a_whole(short, shuts, offered):
     half = np.array((thing.half[0] - short, 0.3, 0.3))
     space = np.array((*point[:2], point[2] + 0.3, *toy.UPRIGHT)), half
     placing = Placing(arm, thing, [Spot(point, space=space, shuts=shuts)])
-    ((group, room, _),) = placing._groups
-    poses = list(placing._poses(group[0], room, held(arm)))
+    (poses,) = placing.poses(held(arm))
     straight = [pose for pose in poses if pose.family[0] == 0]
     assert bool(straight) == offered

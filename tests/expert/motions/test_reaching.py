@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from pytest_safemanip.expert.motions.hand_ways import HandWays
 from pytest_safemanip.expert.motions.poses import Pose, Ways
 from pytest_safemanip.expert.motions.reaching import OTHERWISE, Reaching, turned_otherwise
 from pytest_safemanip.expert.robot.arm import Arm
@@ -20,7 +21,7 @@ def arm():
 
 def found(arm, pose, either):
     room = Room.around(arm, [pose.point])
-    return Reaching(arm, room, Ways(), either=either).find([pose])
+    return Reaching(arm, HandWays(arm, room, Ways()), either=either).find([pose])
 
 
 def pose(arm, yaw):
