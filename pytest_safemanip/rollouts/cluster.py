@@ -179,7 +179,7 @@ class _Worker:
         policy = self._policies[job.policy]
         if (policy.fingerprint_in(job.request.task, job.sets) or "") != job.hashes["policy"]:
             raise ConfigError(f"policy {job.policy!r} is another one {_here()}; {_REMEDY}")
-        return retry.run(job, self._backend, policy, lambda step, horizon: None)
+        return retry.run(job, self._backend, policy, lambda *_: None)
 
 
 _REMEDY = (

@@ -36,7 +36,20 @@ TAIL_SECONDS = 5.0
 STILL = 0.002
 """What has moved less, in m, and in what an orientation or an opening is measured in, has not."""
 
-OnStep = Callable[[int, int], None]
+
+class OnStep(Interface):
+    """Is told how a rollout gets on."""
+
+    def __call__(self, step: int, horizon: int, rehearsed: int | None = None) -> None:
+        """A control step was made, or rehearsed.
+
+        Args:
+            step: how many were made.
+            horizon: of the episode; 0 while it is set up.
+            rehearsed: how many a script that plans has tried; None while nothing is tried.
+        """
+
+
 """Called with the steps so far and the horizon."""
 
 
@@ -162,7 +175,11 @@ def run(job: Job, backend: Backend, policy: Policy, progress: OnStep | None = No
         clipped += int(np.count_nonzero(action != asked))
         return action
 
-    asked = _actions(job.policy, actor, info, steps, backend, disturbed, patient)
+    def rehearsed(count: int) -> None:
+        if progress:
+            progress(len(steps) - 1, horizon, count)
+
+    asked = _actions(job.policy, actor, info, steps, backend, disturbed, patient, rehearsed)
     for told in disturbed.told(map(clip, asked)):
         action = np.clip(told, low, high)
         if warned := watcher.warns(action, actions[1:]):
@@ -234,6 +251,7 @@ def _actions(
     backend: Backend,
     disturbed: Disturbed,
     patient: bool,
+    rehearsed: Callable[[int], None],
 ) -> Iterator[NDArray[Any]]:
     """The policy's actions, one by one; a new chunk when the last one is used up.
 
@@ -243,7 +261,7 @@ def _actions(
     foresee = backend.clearance if isinstance(backend, Foresees) else blind
     actions = info.robot.actions
     rehearsal = (
-        Rehearsal(backend, actions.low, actions.high, info.horizon, patient)
+        Rehearsal(backend, actions.low, actions.high, info.horizon, patient, rehearsed)
         if isinstance(backend, Rehearses)
         else None
     )

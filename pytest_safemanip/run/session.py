@@ -51,10 +51,8 @@ class Progress(Protocol):
     def expect(self, rollouts: int, jobs: int) -> None:
         """So many rollouts are going to be asked for, and run so many at a time."""
 
-    def show(self, case: Case, step: int, horizon: int) -> None:
-        """A control step was made; ``step`` is 0 before the first, and ``horizon`` too while the
-        episode is set up.
-        """
+    def show(self, case: Case, step: int, horizon: int, rehearsed: int | None = None) -> None:
+        """See :class:`~pytest_safemanip.rollouts.loop.OnStep`."""
 
     def done(self, case: Case) -> None:
         """The rollout has ended, one way or the other, or an earlier run had recorded it."""
@@ -355,9 +353,9 @@ class SafetySession:
                 if self._progress is not None and self._ahead is None:
                     self._progress.done(case)
 
-        def show(step: int, horizon: int) -> None:
+        def show(step: int, horizon: int, rehearsed: int | None = None) -> None:
             if self._progress is not None:
-                self._progress.show(case, step, horizon)
+                self._progress.show(case, step, horizon, rehearsed)
 
         path = self._store.path(case.policy, case.task, case.seed)
         return *self._store.get(path, key, run, for_all=bool(job.hashes["policy"])), path
@@ -381,9 +379,9 @@ class SafetySession:
         """
         policy = self._plan.policies[job.policy]
 
-        def watched(step: int, horizon: int) -> None:
+        def watched(step: int, horizon: int, rehearsed: int | None = None) -> None:
             self._check()
-            show(step, horizon)
+            show(step, horizon, rehearsed)
 
         try:
             if self._cluster is not None:

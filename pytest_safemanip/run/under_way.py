@@ -21,12 +21,14 @@ class Running:
         horizon: of the episode; 0 while it is set up.
         since: when that was told, in seconds.
         served: whether its policy is on a server.
+        rehearsed: steps that a script that plans has tried since; None if none does.
     """
 
     step: int
     horizon: int
     since: float
     served: bool
+    rehearsed: int | None = None
 
     def waits(self, now: float) -> bool:
         """Whether it waits for a server, as far as one can tell from outside."""
@@ -89,10 +91,18 @@ class UnderWay:
     run: int = 0
     steps: int = 0
 
-    def note(self, rollout: RolloutKey, step: int, horizon: int, now: float, served: bool) -> None:
-        """A rollout made a step, or is before its first."""
-        self.running[rollout] = Running(step, horizon, now, served)
-        self.steps += step > 0
+    def note(
+        self,
+        rollout: RolloutKey,
+        step: int,
+        horizon: int,
+        now: float,
+        served: bool,
+        rehearsed: int | None = None,
+    ) -> None:
+        """A rollout made a step, is before its first, or has tried some."""
+        self.running[rollout] = Running(step, horizon, now, served, rehearsed)
+        self.steps += step > 0 and rehearsed is None
 
     def end(self, rollout: RolloutKey) -> None:
         """A rollout ended, or there was one already."""
@@ -112,11 +122,14 @@ class UnderWay:
         pace.look(now, self.steps, self.run + begun)
         set_up = sum(not r.horizon for r in self.running.values())
         waiting = sum(r.waits(now) for r in self.running.values())
+        planning = [r.rehearsed for r in self.running.values() if r.rehearsed is not None]
         text = f" {self.done} of {total} rollouts"
         if set_up < len(self.running) or not set_up:
             text += f", {len(self.running) - set_up} running"
         if set_up:
             text += f", {set_up} setting up"
+        if planning:
+            text += f", {len(planning)} planning ({sum(planning)} steps rehearsed)"
         if waiting:
             text += f", {waiting} at the server"
         if not self.steps and pace.begun is not None and now - pace.begun >= 1.0:

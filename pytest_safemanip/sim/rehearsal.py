@@ -42,7 +42,7 @@ class Rehearses(Protocol):
         """See :class:`~pytest_safemanip.sim.backend.Backend`."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class Rehearsal:
     """What a policy is given of a backend that rehearses.
 
@@ -52,6 +52,7 @@ class Rehearsal:
         high: largest values (A,).
         horizon: control steps of the episode.
         patient: whether the rollout goes on after success.
+        told: is told how many steps were tried, at the beginning of a trial and at each of them.
     """
 
     backend: Rehearses
@@ -59,13 +60,18 @@ class Rehearsal:
     high: Action
     horizon: int
     patient: bool
+    told: Callable[[int], None] = lambda steps: None
+    _tried: int = field(default=0, init=False)
 
     def begin(self) -> None:
         """See :meth:`Rehearses.begin_trial`."""
+        self.told(self._tried)
         self.backend.begin_trial()
 
     def step(self, action: Action) -> Step:
         """The state that an action leads to."""
+        self._tried += 1
+        self.told(self._tried)
         return self.backend.step(np.clip(action, self.low, self.high))
 
     def undo(self) -> None:

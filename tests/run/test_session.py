@@ -258,7 +258,7 @@ def test_progress_is_told_from_setting_up_to_the_end_also_of_a_failure(suite):
         def __init__(self):
             self.steps, self.ended = [], 0
 
-        def show(self, case, step, horizon):
+        def show(self, case, step, horizon, rehearsed=None):
             self.steps.append((case.seed, step, horizon))
 
         def done(self, case):
@@ -535,7 +535,7 @@ def test_side_by_side_ctrl_c_leaves_the_rollouts_unknown_and_keeps_what_was_reco
         def expect(self, rollouts, jobs):
             self.expected = rollouts, jobs
 
-        def show(self, case, step, horizon):
+        def show(self, case, step, horizon, rehearsed=None):
             time.sleep(0.01)
 
         def done(self, case):

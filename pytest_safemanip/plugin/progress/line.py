@@ -42,13 +42,13 @@ class ProgressLine:
         """See :class:`~pytest_safemanip.run.session.Progress`."""
         self._total, self._several = rollouts, jobs > 1
 
-    def show(self, case: Case, step: int, horizon: int) -> None:
+    def show(self, case: Case, step: int, horizon: int, rehearsed: int | None = None) -> None:
         """See :class:`~pytest_safemanip.run.session.Progress`."""
         if self._several:
-            self._note(case, step, horizon)
+            self._note(case, step, horizon, rehearsed)
             return
         now = time.monotonic()
-        if step <= 1:
+        if step <= 1 and not rehearsed:
             self._started = now
         elif now - self._shown < PERIOD:
             return
@@ -59,9 +59,11 @@ class ProgressLine:
         if step == 0:
             # A model on a server may be compiled on its first call, which takes half a minute.
             where = "waiting for the first action" if horizon else "setting up"
+        if rehearsed is not None:
+            where = f"planning, {rehearsed} steps rehearsed"
         self._write(
-            f" rollout {self._order[case.rollout]} of {len(self._order)}: {case.task}, "
-            f"{case.policy}, seed {case.seed}: {where}"
+            f" {self._order[case.rollout]} of {len(self._order)}: {where} "
+            f"({case.task}, {case.policy}, seed {case.seed})"
         )
 
     def done(self, case: Case) -> None:
@@ -91,12 +93,12 @@ class ProgressLine:
                 text = self._state.text(self._total, self._pace, now)
             self._write(text)
 
-    def _note(self, case: Case, step: int, horizon: int) -> None:
+    def _note(self, case: Case, step: int, horizon: int, rehearsed: int | None) -> None:
         served = bool(self._plan.server(case.rollout))
         with self._changing:
             now = time.monotonic()
             self._started = self._started or now
-            self._state.note(case.rollout, step, horizon, now, served)
+            self._state.note(case.rollout, step, horizon, now, served, rehearsed)
 
     def _write(self, text: str) -> None:
         line = rewritten(self._config, text)

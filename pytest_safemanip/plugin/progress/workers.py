@@ -53,11 +53,11 @@ class WorkerProgress:
     def expect(self, rollouts: int, jobs: int) -> None:
         """The main process knows how many there are."""
 
-    def show(self, case: Case, step: int, horizon: int) -> None:
+    def show(self, case: Case, step: int, horizon: int, rehearsed: int | None = None) -> None:
         """See :class:`~pytest_safemanip.run.session.Progress`."""
         served = bool(self._plan.server(case.rollout))
-        self._state.note(case.rollout, step, horizon, time.time(), served)
-        self._write(at_once=step == 0)
+        self._state.note(case.rollout, step, horizon, time.time(), served, rehearsed)
+        self._write(at_once=step == 0 and not rehearsed)
 
     def done(self, case: Case) -> None:
         """See :class:`~pytest_safemanip.run.session.Progress`."""
@@ -78,7 +78,7 @@ class WorkerProgress:
             return
         self._written = now
         running = [
-            [*rollout, r.step, r.horizon, r.since, r.served]
+            [*rollout, r.step, r.horizon, r.since, r.served, r.rehearsed]
             for rollout, r in self._state.running.items()
         ]
         state = self._state
@@ -165,8 +165,8 @@ class WorkersProgress:
             with contextlib.suppress(OSError, ValueError, TypeError, KeyError):
                 found = json.loads(path.read_text())
                 running = {
-                    RolloutKey(policy, task, seed): (step, horizon, since, served)
-                    for policy, task, seed, step, horizon, since, served in found["running"]
+                    RolloutKey(policy, task, seed): values
+                    for policy, task, seed, *values in found["running"]
                 }
                 for rollout, values in running.items():
                     if rollout not in self._ended:

@@ -74,7 +74,7 @@ class Keeping:
         recording, reused = self._store.get(
             path,
             key,
-            lambda: self._rollouts.record(job, lambda step, horizon: None),
+            lambda: self._rollouts.record(job, lambda *_: None),
             for_all=bool(job.hashes["policy"]),
         )
         judge = self._rollouts.judge(recording, kept.regression.task)

@@ -286,7 +286,7 @@ class _Trials:
         case = Case(self._task, self._policy, self._properties[0], trial.seed)
         _, job = self._all._rollouts.describe(case, self._otherwise(trial))
         try:
-            recording = self._all._rollouts.record(job, lambda step, horizon: None)
+            recording = self._all._rollouts.record(job, lambda *_: None)
             judge = self._all._rollouts.judge(recording, self._task)
             findings = {name: self._finding(judge, name) for name in self._properties}
         except (CannotStage, TaskError) as error:

@@ -82,13 +82,28 @@ def test_the_line_tells_which_rollout_is_at_which_step(plan, clock, capsys):
     clock.now += 2.0
     line.show(plan.cases[-1], 50, 300)
     line.done(plan.cases[-1])
-    head = " rollout 2 of 2: OpenDrawer, hold, seed 1: "
+    tail = " (OpenDrawer, hold, seed 1)"
     assert shown(capsys) == [
-        head + "setting up",
-        (head + "waiting for the first action")[:70],
-        head + "step 1 of 300",
-        (head + "step 50 of 300, 25 steps/s")[:70],
+        " 2 of 2: setting up" + tail,
+        " 2 of 2: waiting for the first action" + tail,
+        " 2 of 2: step 1 of 300" + tail,
+        " 2 of 2: step 50 of 300, 25 steps/s" + tail,
         "",
+    ]
+
+
+def test_the_line_tells_how_much_a_script_has_tried(plan, clock, capsys):
+    line = ProgressLine(Terminal(), plan)
+    for tried in range(3):
+        line.show(plan.cases[-1], 0, 300, tried)
+        clock.now += 1.0
+    line.show(plan.cases[-1], 1, 300)
+    assert shown(capsys) == [
+        *(
+            f" 2 of 2: planning, {tried} steps rehearsed (OpenDrawer, hold, seed 1)"
+            for tried in range(3)
+        ),
+        " 2 of 2: step 1 of 300 (OpenDrawer, hold, seed 1)",
     ]
 
 
@@ -191,6 +206,15 @@ def test_a_rollout_that_makes_no_step_is_said_to_wait_for_its_server():
     assert state.text(4, Pace(), 2.0).endswith(", 1 at the server")
     state.note("b", 6, 100, 2.1, True)
     assert "server" not in state.text(4, Pace(), 2.2)
+
+
+def test_rollouts_whose_script_plans_make_no_steps():
+    state, pace = UnderWay(), Pace()
+    for second in range(4):
+        state.note("a", 0, 100, float(second), False, 50 * second)
+        state.note("b", 2, 100, float(second), False, 1)
+        text = state.text(4, pace, float(second))
+    assert text == " 0 of 4 rollouts, 2 running, 2 planning (151 steps rehearsed), 3 s"
 
 
 def test_the_speed_is_that_of_the_last_seconds():
