@@ -109,23 +109,26 @@ def _unbound(options: argparse.Namespace, folder: Folder) -> int:
     missing = f"{name} is a task of {backend}, and no file binds it to properties"
     if options.scene or options.recording:
         raise ConfigError(f"{missing}; safemanip task {name} says how to write one")
-    fixtures = _described(folder, name).fixtures
+    described = _described(folder, name)
+    parts = tuple(sorted(described.object_parts))
+    roles = [RoleRow(role, "object", parts, ()) for role in described.objects or ()]
+    roles += [
+        RoleRow(role, " or ".join(fixture.kinds), tuple(sorted(fixture.parts)), ())
+        for role, fixture in described.fixtures.items()
+    ]
     if options.json:
-        roles = [
-            RoleRow(k, " or ".join(f.kinds), tuple(sorted(f.parts)), ())
-            for k, f in fixtures.items()
-        ]
         print_json({"task": name, "path": None, "roles": [asdict(role) for role in roles]})
         return 0
     print_wrapped(
         f"{missing}. Write {name}.yaml in a folder that safemanip_task_paths names, with the "
         "keys task, sets, suite, horizon, properties and what they range over (objects, "
-        f"mechanisms, skills ...); the page on tasks has an example. Objects have the roles that "
-        f"they have in {backend}'s own code, fixtures these:",
+        "mechanisms, skills ...); the page on tasks has an example. "
+        + ("" if described.objects is not None else "Which objects it has only an episode tells. ")
+        + "Its roles:",
         "",
     )
     print()
-    rows = [(k, " or ".join(f.kinds), ", ".join(sorted(f.parts))) for k, f in fixtures.items()]
+    rows = [(role.name, role.what, ", ".join(role.parts)) for role in roles]
     print_table(("role", "what it is", "parts"), rows)
     return 0
 

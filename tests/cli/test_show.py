@@ -180,6 +180,7 @@ def test_a_task_that_no_file_binds_is_described_as_far_as_it_is_known(safemanip:
     assert found.status == 0
     assert "StackCans is a task of robocasa, and no file binds it" in found.out
     assert re.search(r"^cab +cabinet_double_door +body, door, handle$", found.out, re.M)
+    assert re.search(r"^can\d? +object +body$", found.out, re.M)
     assert json.loads(safemanip("task", "StackCans", "--json").out)["path"] is None
     assert "no file binds it" in safemanip("task", "StackCans", "--scene").refusal
     assert (

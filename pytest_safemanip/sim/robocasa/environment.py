@@ -39,7 +39,8 @@ def make(request: Request, assets_root: Path, edit: Callable[[str], str] | None 
 
     Raises:
         ConfigError: if RoboCasa has no such task.
-        TaskError: if its objects cannot be drawn as is asked, or find no place.
+        TaskError: if its objects cannot be drawn as is asked, or find no place, or if the kitchen
+            lacks a fixture that the task is about.
     """
     arguments = scenes.arguments(request.scenes, assets_root, request.kitchen, request.style)
     env = unset(request.task, request.seed, **arguments)
@@ -59,13 +60,36 @@ def make(request: Request, assets_root: Path, edit: Callable[[str], str] | None 
     with environments.quick_settling(env, Controls):
         try:
             env.reset()
-        except RuntimeError as error:
-            if _UNPLACED not in str(error):
-                raise
-            raise TaskError(_no_place(request)) from error
+        except Exception as error:
+            _check_fixtures(env, request)
+            if isinstance(error, RuntimeError) and _UNPLACED in str(error):
+                raise TaskError(_no_place(request)) from error
+            raise
+    _check_fixtures(env, request)
     if added:
         environments.list_added(env)
     return env
+
+
+def _check_fixtures(env: Any, request: Request) -> None:
+    """Refuse a kitchen that lacks a fixture of the task: RoboCasa goes on with None.
+
+    Raises:
+        TaskError: if it does.
+    """
+    found = getattr(env, "fixture_refs", {})
+    lacking = [
+        role for role, of in found.items() if (of[0] if isinstance(of, tuple) else of) is None
+    ]
+    if not lacking:
+        return
+    where = f"the {request.scenes} kitchen"
+    remedy = "--safemanip-scenes=target has RoboCasa's own kitchens"
+    if request.scenes == "compact":
+        where = f"the compact kitchen {request.kitchen or 'small'!r}"
+        if request.kitchen != "full":
+            remedy = f"'compact: {{kitchen: full}}' in the task's file asks for more, {remedy}"
+    raise TaskError(f"{where} has no fixture for {', '.join(map(repr, lacking))}; {remedy}")
 
 
 def _no_place(request: Request) -> str:

@@ -241,6 +241,20 @@ def test_what_a_task_cannot_use_is_not_drawn(
     )
 
 
+@pytest.mark.parametrize(
+    ("task", "role"), [("OpenDishwasher", "fxtr"), ("OpenToasterOvenDoor", "toaster_oven")]
+)
+def test_a_kitchen_without_the_fixture_of_a_task_is_an_error_of_its_task(
+    backend: Backend, task: str, role: str
+) -> None:
+    with pytest.raises(TaskError) as caught:
+        backend.reset(Request(task, 0, "compact", {}, "small"))
+    assert str(caught.value) == (
+        f"the compact kitchen 'small' has no fixture for {role!r}; 'compact: {{kitchen: full}}' in "
+        "the task's file asks for more, --safemanip-scenes=target has RoboCasa's own kitchens"
+    )
+
+
 def test_what_finds_no_place_is_an_error_of_its_task(monkeypatch: pytest.MonkeyPatch) -> None:
     says = "Ran _load_model() 50 times but could not initialize task!"
     source = task_source.environments()
