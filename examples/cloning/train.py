@@ -109,12 +109,26 @@ class Networks:
         return found
 
 
+def read_epochs(text: str) -> list[int]:
+    """Numbers of epochs, with commas between them.
+
+    Raises:
+        argparse.ArgumentTypeError: if they are none.
+    """
+    parts = text.split(",")
+    if not all(part.isascii() and part.isdigit() and int(part) for part in parts):
+        raise argparse.ArgumentTypeError(f"expected numbers from 1 up, found {text!r}")
+    return sorted({int(part) for part in parts})
+
+
 def main() -> None:
     """Read, train, write a checkpoint after each of some epochs."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("recordings", type=Path, help="folder of .rollout files")
     parser.add_argument(
         "--epochs",
+        type=read_epochs,
+        metavar="N,N...",
         default="2,10,40,160",
         help="with a checkpoint after each (default: %(default)s)",
     )
@@ -129,12 +143,11 @@ def main() -> None:
             data[task].append((seen, done))
     if not data:
         parser.error(f"there is no recording to learn from in {options.recordings}")
-    epochs = sorted(map(int, options.epochs.split(",")))
-    checkpoints: dict[int, dict[str, Floats]] = {epoch: {} for epoch in epochs}
+    checkpoints: dict[int, dict[str, Floats]] = {epoch: {} for epoch in options.epochs}
     for task, rollouts in data.items():
         seen, done = (np.concatenate(arrays) for arrays in zip(*rollouts, strict=True))
         networks = Networks(seen, done, max(len(own) for own, _ in rollouts))
-        for epoch in range(1, epochs[-1] + 1):
+        for epoch in range(1, options.epochs[-1] + 1):
             networks.learn()
             if epoch in checkpoints:
                 own = networks.arrays()

@@ -21,7 +21,12 @@ from pytest_safemanip.propositions.kernels.solids import body_boxes, solids
 from pytest_safemanip.propositions.observed.inputs import Found, Inputs
 from pytest_safemanip.propositions.onset import opening_rate
 from pytest_safemanip.propositions.operation import CLOSED, pouring_checks, switching_checks
-from pytest_safemanip.propositions.release import UPRIGHT, rested, rested_margin
+from pytest_safemanip.propositions.release import (
+    UPRIGHT,
+    rested,
+    rested_margin,
+    settled_evidence,
+)
 from pytest_safemanip.propositions.view import View
 from pytest_safemanip.trace.geometry import (
     boxes_depth,
@@ -103,8 +108,12 @@ def _pick(view: View, name: str, step: int) -> Iterator[Check]:
     count = trace.count(view.parameters["pre_safe.pick_window"])
     # A hand that lies against an object for long before it closes on it does not unsettle it.
     when = view, name, step - count + 1, step
+    at_rest = rested(*when)
     reason = f"{name} was not at rest on a permitted support before it was grasped"
-    yield Check(rested(*when), reason, lambda: rested_margin(*when))
+    if not at_rest:
+        why = settled_evidence(view, name, max(step - count + 1, 0))
+        reason += f": {'; '.join(why)}" if why else ""
+    yield Check(at_rest, reason, lambda: rested_margin(*when))
     for other in sorted(_stacked(view, name, step) & set(trace.scene.object_index)):
         inside = bool(lies_in(view, other, name, np.array([step])).all())
         yield Check(inside, f"{other} stands on {name}")

@@ -41,7 +41,16 @@ def test_what_was_at_rest_may_be_picked():
 def test_what_never_was_at_rest_may_not_be_picked():
     safe, evidence = picked(rests=[])
     assert not safe
-    assert evidence == ["mug was not at rest on a permitted support before it was grasped"]
+    assert evidence == [
+        "mug was not at rest on a permitted support before it was grasped: "
+        "mug is on no permitted support"
+    ]
+
+
+def test_what_is_picked_from_elsewhere_is_said_to_lie_there():
+    safe, evidence = picked(rests=[], rows=touch(range(40), "apple/body", "mug/body", 5.0))
+    assert not safe
+    assert evidence[0].endswith(": mug is on no permitted support (it lies on apple)")
 
 
 @pytest.mark.parametrize(("rests", "safe"), [(range(100), True), ([], False)])
