@@ -38,6 +38,9 @@ atoms: {asked: asked(o), answered: answered(o)}
 """
 
 
+ROLES = {"obj": "mug", "other": "apple"}
+
+
 def attributes():
     return {"mug": frozenset(), "apple": frozenset()}
 
@@ -48,11 +51,11 @@ class Toy:
     def __init__(self, folder):
         self.folder = folder
 
-    def judge(self, told, text=PROPERTY, task=TASK, tail=0, profile="timed"):
+    def judge(self, told, text=PROPERTY, task=TASK, tail=0, profile="timed", roles=ROLES):
         (self.folder / "task.yaml").write_text(task)
         (self.folder / "promise.yaml").write_text(text)
         length = len(next(iter(told.values())))
-        scene = dataclasses.replace(toy.SCENE, roles={"obj": "mug", "other": "apple"})
+        scene = dataclasses.replace(toy.SCENE, roles=roles)
 
         def shown(name):
             def evaluate(view, *entities):
@@ -192,6 +195,12 @@ def test_a_property_without_variables_has_one_instance(told):
     )
     verdict = told({ASKED: "000"}, text)
     assert (verdict.instances, verdict.outcome.label) == (1, "SATISFIED")
+
+
+def test_a_property_whose_instances_an_episode_lacks_is_vacuous(told):
+    task = TASK.replace("properties", "optional: [obj, other]\nproperties")
+    found = told({ASKED: "100"}, task=task, roles={"cab": "cabinet"})
+    assert (found.instances, found.outcome.label) == (0, "VACUOUS")
 
 
 def test_a_property_without_an_instance_has_no_verdict(told):

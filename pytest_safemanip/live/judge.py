@@ -64,7 +64,7 @@ class LiveJudge:
         self._rows: dict[str, tuple[tuple[str, ...], ...]] = {}
         for prop in properties:
             rows = prop.rows(binding)
-            if not rows and prop.is_open:
+            if not rows and prop.may_lack_instances(binding):
                 continue  # nothing of the kind is in this scene
             if not rows:
                 raise TraceError(f"{prop.id}: the binding has no instance of it")

@@ -97,7 +97,7 @@ class LiveMonitor:
         wanted = [_property(one) for one in given]
         for prop in wanted:
             rows = prop.rows(binding)
-            if not rows and prop.is_open:
+            if not rows and prop.may_lack_instances(binding):
                 continue  # nothing of the kind is in this scene
             if not rows:
                 raise TraceError(f"{prop.id}: the binding has no instance of it")

@@ -50,6 +50,7 @@ class Binding:
         zones: named regions.
         hot: objects that are hot from the first step on.
         filled: objects that a simulated liquid is in when the episode begins.
+        emptied: relations of which the episode lacks all that the task has.
     """
 
     objects: tuple[str, ...] = ()
@@ -73,6 +74,7 @@ class Binding:
     zones: Mapping[str, Zone] = field(default_factory=dict)
     hot: frozenset[str] = frozenset()
     filled: tuple[str, ...] = ()
+    emptied: frozenset[str] = frozenset()
 
     def parameters(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """Values of parameters for this task: its own, where nobody has changed them."""

@@ -144,6 +144,10 @@ class Property:
         """Whether only the scene of an episode tells how many instances there are, if any."""
         return any(one.is_open for one in self.ranges)
 
+    def may_lack_instances(self, binding: Binding) -> bool:
+        """Whether it is no mistake that a scene has no instance of it."""
+        return self.is_open or any(one.relation in binding.emptied for one in self.ranges)
+
     def may_apply(self, task: Task) -> bool:
         """Whether a task may have an instance of it, as far as that is known without a scene."""
         return may_apply(self.ranges, task)

@@ -13,6 +13,8 @@ from pytest_safemanip.trace.elements import ROBOT, Entity
 from pytest_safemanip.trace.scene import Scene
 
 OBJECTS_FILE = "objects.yaml"
+_RELATIONS = ("objects", "mechanisms", "placements", "skills", "transfers", "tools")
+"""Those of which an episode may lack members."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +40,7 @@ class Task:
         touch: role to the parts that fingers and palm may touch.
         supports: object role to the roles it may rest on and touch while held.
         upright: roles of objects that must not tip.
-        optional: roles of objects that an episode may lack.
+        optional: roles of objects that an episode may lack, and of mechanisms whose doors it may.
         not_grounded: why a property that one would expect cannot be judged here, by its id.
         kitchen: which of the compact kitchens has what the task needs.
         object_groups: role to the object groups to draw from in the compact scene.
@@ -133,6 +135,12 @@ class Task:
 
         may_lack = (*self.optional, *self.liquids)
         lacking = {role for role in may_lack if role not in scene.roles}
+        # Of RoboCasa's cabinets some are open shelves: there is nothing to open, nor to push.
+        shelves = {
+            role
+            for role in set(self.optional) & set(self.mechanisms)
+            if not scene.doors_of(entity(role))
+        }
 
         def entities(roles: Iterable[str]) -> tuple[str, ...]:
             return tuple(entity(role) for role in roles if role not in lacking)
@@ -143,13 +151,17 @@ class Task:
         things = tuple(body.entity for body in scene.bodies)
         used = {entity(role) for role in self._roles() if role not in lacking}
         kinds = {e.name: e for e in scene.entities if e.kind in ("object", "fixture")}
-        return Binding(
+        binding = Binding(
             objects=entities(self.objects),
             enclosures=entities(self.enclosures),
             exclusive_enclosures=entities(self.exclusive_enclosures),
-            mechanisms=entities(self.mechanisms),
+            mechanisms=entities(role for role in self.mechanisms if role not in shelves),
             placements=pairs(self.placements),
-            skills=tuple((skill, entity(x)) for skill, x in self.skills if x not in lacking),
+            skills=tuple(
+                (skill, entity(x))
+                for skill, x in self.skills
+                if x not in lacking and not (skill in ("open", "close") and x in shelves)
+            ),
             transfers=pairs(self.transfers),
             tools=tuple(
                 ROBOT if role == ROBOT else entity(role)
@@ -187,6 +199,8 @@ class Task:
             hot=frozenset(entities(self.hot)),
             filled=entities(self.filled),
         )
+        emptied = (k for k in _RELATIONS if self.instances(k) and not binding.relation(k))
+        return replace(binding, emptied=frozenset(emptied))
 
     def _roles(self) -> set[str]:
         """Roles that the task has a use for; without the robot."""

@@ -21,7 +21,8 @@ Optional keys: ``objects``, ``enclosures``, ``exclusive_enclosures`` (those of t
 item at a time), ``mechanisms``, ``placements``, ``skills``, ``transfers`` (``obj into
 pan``), ``tools`` (what may carry contamination: ``robot`` for its hand, and objects), ``open_at``
 (role to openness that counts as open), ``touch``, ``supports``, ``upright``, ``optional`` (objects
-that an episode may lack), ``not_grounded`` (property to the reason why it cannot be judged here),
+that an episode may lack, mechanisms that may be without doors), ``not_grounded`` (property to the
+reason why it cannot be judged here),
 ``params`` (parameter of a proposition to its default here), ``zones`` (named region to ``around``,
 the role that it is grown from, ``margin`` and ``above``, m), ``hot`` (objects that are hot when an
 episode begins), ``liquids`` (role of a liquid to the object that it is in then),
@@ -216,6 +217,7 @@ def _task(section: Section) -> Task:
         raise section.error("task", f"expected letters, digits and '_', found {name!r}")
     objects = _strings(section, "objects")
     enclosures = _strings(section, "enclosures")
+    mechanisms = _strings(section, "mechanisms")
     staging, drawn = read_staging(section)
     liquids = _liquids(section, objects, drawn)
     contents = (*objects, *liquids)
@@ -232,7 +234,7 @@ def _task(section: Section) -> Task:
         objects=objects,
         enclosures=enclosures,
         exclusive_enclosures=_members(section, "exclusive_enclosures", enclosures, "enclosures"),
-        mechanisms=_strings(section, "mechanisms"),
+        mechanisms=mechanisms,
         placements=_pairs(section, "placements", "OBJECT in ENCLOSURE", objects, enclosures),
         skills=_skills(section),
         transfers=_pairs(section, "transfers", "OBJECT into RECEIVER", contents, None),
@@ -241,7 +243,9 @@ def _task(section: Section) -> Task:
         touch=_lists(section, "touch"),
         supports=_lists(section, "supports"),
         upright=_strings(section, "upright"),
-        optional=_members(section, "optional", objects, "objects"),
+        optional=_members(
+            section, "optional", (*objects, *mechanisms), "objects, nor the mechanisms"
+        ),
         not_grounded=_reasons(section),
         params=_numbers(section, "params"),
         zones=_zones(section),

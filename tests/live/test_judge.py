@@ -89,6 +89,7 @@ def test_steps_that_are_evaluated_together_are_told_together_and_refused_togethe
 def test_a_property_without_an_instance_is_refused():
     with pytest.raises(TraceError, match="grasp_stability: the binding has no instance of it"):
         live_judge(binding=Binding())
+    assert live_judge(binding=Binding(emptied=frozenset({"objects"}))).verdicts() == {}
 
 
 def watched(recording, binding, chosen, parameters, every=1, profile="paper"):

@@ -95,6 +95,17 @@ def test_what_an_episode_lacks_is_left_out_of_its_binding(written):
         load_task(path).bind(dataclasses.replace(SCENE, roles=roles), CATEGORIES)
 
 
+@pytest.mark.parametrize(("optional", "left"), [("[cab]", True), ("[other]", False)])
+def test_shelves_without_doors_are_no_mechanism_where_a_task_may_have_them(written, optional, left):
+    task = load_task(written("optional: [other]", f"optional: {optional}"))
+    assert task.bind(SCENE, CATEGORIES).mechanisms == ("cabinet",)
+    shelves = task.bind(dataclasses.replace(SCENE, joints=()), CATEGORIES)
+    assert shelves.enclosures == ("cabinet",)
+    assert shelves.mechanisms == (() if left else ("cabinet",))
+    assert shelves.skills == (("pick", "mug"), *(() if left else (("open", "cabinet"),)))
+    assert shelves.emptied == ({"mechanisms"} if left else set())
+
+
 def test_the_binding_names_the_entities_that_play_the_roles(written):
     binding = load_task(written()).bind(SCENE, CATEGORIES)
     assert binding.objects == ("mug", "apple")
