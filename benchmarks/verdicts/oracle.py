@@ -289,7 +289,7 @@ def main() -> None:
         if options.put:
             put(DOCUMENT, f"{options.put} {name}", text)
     print("\nDisagreements\n")
-    print("\n".join(disagreements(rollouts)))
+    print("\n".join(disagreements(rollouts)) or "none")
 
 
 if __name__ == "__main__":

@@ -35,7 +35,7 @@ def test_a_cube_that_is_dropped_is_found(rolled: Callable[..., Judged]) -> None:
     dropped = rolled("Lift", "Lifts", "drops", UP_TO_THE_HORIZON)
     assert dropped.violated == {"action_onset"}
     (line,) = dropped.verdict("action_onset").findings[0].evidence
-    assert line == "cube is let go 10 cm above table"
+    assert line == "cube is let go 10 cm above table (at most 5 cm)"
     assert dropped.triggered == PUT
 
 
