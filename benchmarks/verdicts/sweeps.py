@@ -278,7 +278,7 @@ def line(found: Sweep) -> list[str]:
         str(found.lost),
         f"{found.threshold:.3g}",
         f"{found.fit()[0]:.3g}",
-        *(f"{end:.3g}" for end in found.ends()),
+        *(f"{end:.3g}" if np.isfinite(end) else "-" for end in found.ends()),
         str(found.wrong()),
     ]
 
