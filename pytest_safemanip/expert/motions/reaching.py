@@ -23,7 +23,14 @@ from pytest_safemanip.expert.motions.poses import Pose, Reach, Way
 from pytest_safemanip.expert.motions.turning import facing
 from pytest_safemanip.expert.robot.arm import Arm
 from pytest_safemanip.expert.robot.hand import WRIST
-from pytest_safemanip.expert.robot.kinematics import SPHERES, bodies, reach_of, solve, strain
+from pytest_safemanip.expert.robot.kinematics import (
+    FARTHEST,
+    SPHERES,
+    bodies,
+    reach_of,
+    solve,
+    strain,
+)
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.world.standing import nearest, rearmost
 
@@ -270,9 +277,13 @@ class Reaching:
         tired, stretched = np.zeros(len(rows)), np.zeros(len(rows))
         left = np.arange(len(rows))
         for stop in range(3):
+            at = points[which[left]] + stops[which[left], stop] - base[left]
+            reaches = reach_of(at - WRIST * hands[which[left], :, 2])
+            # What the arm is too short for need not be solved.
+            near = reaches < FARTHEST
+            left, at, reaches = left[near], at[near], reaches[near]
             if not len(left):
                 return []
-            at = points[which[left]] + stops[which[left], stop] - base[left]
             joints, there = solve(at, hands[which[left]])
             spheres, radii = bodies(joints)
             spheres += base[left, None]
@@ -287,7 +298,6 @@ class Reaching:
             there &= (least[left] >= self._clearance) & (tired[left] < TIRED)
             drawn = base[left, :2] + offs[which[left], stop]
             there &= drawn[:, 0] >= [self._rear_limit(aside) for aside in drawn[:, 1].tolist()]
-            reaches = reach_of(at - WRIST * hands[which[left], :, 2])
             stretched[left] = np.maximum(stretched[left], reaches - STRETCHED)
             left = left[there]
         found = []

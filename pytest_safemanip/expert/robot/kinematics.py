@@ -92,6 +92,8 @@ TINY = 1e-12
 STRIDE, SWUNG = 5, 0.06
 """Rounds of it between two places on a way, and the share of the way home in one while the hand
 swings along it."""
+FARTHEST = 0.82
+"""From the shoulder to the wrist, m: no posture gets there, with what counts as there."""
 NEAR, NEARLY, FOUND = 0.004, 0.03, 0.03
 """Distance, m, and angle, rad, that count as there, and distance at which angles are the arm's, m.
 """
