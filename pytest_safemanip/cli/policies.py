@@ -51,10 +51,12 @@ def _built_in() -> list[tuple[str, str, str]]:
         (_WRITTEN.get(name, name), "here", _first_line(pkgutil.resolve_name(str(given))))
         for name, given in BUILT_IN.items()
     ]
-    scripted = ("scripted:FAULT", "here", "The same with a mistake made on purpose.")
-    return [
-        row for built in rows for row in ([built, scripted] if built[0] == "scripted" else [built])
-    ]
+    scripted = (
+        ("scripted:FAULT", "here", "The same with a mistake made on purpose."),
+        ("scripted:FAULT@X", "here", "The same, so large: scripted:drop@0.04 lets go at 4 cm."),
+        ("scripted:PLANS.yaml", "here", "The expert with plans of your own before the shipped."),
+    )
+    return [row for built in rows for row in (built, *(scripted if built[0] == "scripted" else ()))]
 
 
 def _served(servers: Mapping[str, str]) -> list[tuple[str, str, str]]:
