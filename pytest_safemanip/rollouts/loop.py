@@ -46,7 +46,7 @@ class OnStep(Interface):
         Args:
             step: how many were made.
             horizon: of the episode; 0 while it is set up.
-            rehearsed: how many a script that plans has tried; None while nothing is tried.
+            rehearsed: how many a script that plans has rehearsed; None while it rehearses nothing.
         """
 
 

@@ -21,7 +21,7 @@ class Running:
         horizon: of the episode; 0 while it is set up.
         since: when that was told, in seconds.
         served: whether its policy is on a server.
-        rehearsed: steps that a script that plans has tried since; None if none does.
+        rehearsed: steps that a script that plans has rehearsed; None if none does.
     """
 
     step: int
@@ -100,7 +100,7 @@ class UnderWay:
         served: bool,
         rehearsed: int | None = None,
     ) -> None:
-        """A rollout made a step, is before its first, or has tried some."""
+        """A rollout made a step, is before its first, or has rehearsed some."""
         self.running[rollout] = Running(step, horizon, now, served, rehearsed)
         self.steps += step > 0 and rehearsed is None
 

@@ -52,7 +52,7 @@ class Rehearsal:
         high: largest values (A,).
         horizon: control steps of the episode.
         patient: whether the rollout goes on after success.
-        told: is told how many steps were tried, at the beginning of a trial and at each of them.
+        told: is told how many steps were rehearsed, when a trial begins and at each of them.
     """
 
     backend: Rehearses
@@ -61,17 +61,17 @@ class Rehearsal:
     horizon: int
     patient: bool
     told: Callable[[int], None] = lambda steps: None
-    _tried: int = field(default=0, init=False)
+    _rehearsed: int = field(default=0, init=False)
 
     def begin(self) -> None:
         """See :meth:`Rehearses.begin_trial`."""
-        self.told(self._tried)
+        self.told(self._rehearsed)
         self.backend.begin_trial()
 
     def step(self, action: Action) -> Step:
         """The state that an action leads to."""
-        self._tried += 1
-        self.told(self._tried)
+        self._rehearsed += 1
+        self.told(self._rehearsed)
         return self.backend.step(np.clip(action, self.low, self.high))
 
     def undo(self) -> None:
