@@ -17,6 +17,8 @@ from pytest_safemanip.expert.motions.approaching import (
 from pytest_safemanip.expert.motions.dragging import drag
 from pytest_safemanip.expert.motions.hand_ways import HandWays
 from pytest_safemanip.expert.motions.handholds import (
+    HOLLOW,
+    PAN_WALLS,
     SHALLOW,
     TIPS_OFF,
     Part,
@@ -69,6 +71,9 @@ are looked at for that way, and for how many ways to grasp at most."""
 MOST_SQUEEZED = 8
 """Ways to grasp something that are offered where the hand is squeezed in, for a rehearsal to tell.
 """
+DRAWN, EDGE = (0.14, 0.12, 0.1, 0.08, 0.06), 0.04
+"""How far a pan is drawn by its wall, and how far its centre of mass stays at least behind the edge
+of what it stands on, m."""
 LIFTED = 0.02
 """Rise that shows that an object is held, m."""
 ASTRAY = 0.015
@@ -118,7 +123,9 @@ def grasp(
 
 
 def _make_room(arm: Arm, thing: Thing, part: Part, goal: Goal | None) -> Motion:
-    """Pulls the drawer that a thing lies in, or draws it off the wall, if the hand needs that."""
+    """Pulls the drawer that a thing lies in, or draws it nearer, or off the wall behind it, if the
+    hand needs that.
+    """
     drawer = drawer_around(arm, thing)
     if drawer is not None and arm.choices.choose("drawer pulled first", (False, True)):
         yield from _pull(arm, drawer)
@@ -126,8 +133,40 @@ def _make_room(arm: Arm, thing: Thing, part: Part, goal: Goal | None) -> Motion:
         if drawer is None or _known_ways(arm, thing, part, goal):
             break
         yield from _pull(arm, drawer)
-    if not _ways(arm, thing, part, goal):
+    if _ways(arm, thing, part, goal):
+        return
+    pan = not part and handholds(thing)[0].name == "handle" and thing.height >= HOLLOW
+    by_wall = [_ways(arm, thing, wall, None) for wall in PAN_WALLS] if pan else []
+    if any(by_wall):
+        ways = arm.choices.choose("wall it is drawn by", [some for some in by_wall if some])
+        yield from _draw(arm, thing, ways)
+    else:
         yield from drag(arm, thing)
+
+
+def _draw(arm: Arm, thing: Thing, ways: Sequence[Reach]) -> Motion:
+    """Draw a pan by its wall to where the hand has room at its handle: too far from its centre of
+    mass to lift it, but not to draw it towards the robot.
+    """
+    reach = turned_over(arm, arm.choices.choose("drawn", ways))
+    stays_on = [far for far in DRAWN if _stays_on(arm, thing, far)]
+    far = arm.choices.choose("drawn so far", stays_on[:2] or DRAWN[-1:])
+    hand = reach.pose.hand
+    yield from go_before(arm, reach)
+    yield from come_in(arm, thing, reach)
+    yield from arm.grip(True, 14)
+    goal = arm.position - arm.onward(far)
+    yield from arm.move(goal, hand, tolerance=0.01, speed=0.3, steps=80, required=False)
+    yield from arm.grip(False, 10)
+    yield from arm.move(arm.position + reach.leave, hand, tolerance=0.01, speed=0.35, steps=50)
+    yield from draw_back(arm, reach)
+
+
+def _stays_on(arm: Arm, thing: Thing, far: float) -> bool:
+    """Whether something stays on what it stands on if it is drawn so far towards the robot, m."""
+    room = Room.around(arm, [thing.centre], [thing.entity])
+    below = np.append(thing.com[:2], thing.bottom - EDGE / 4.0) - arm.onward(far + EDGE)
+    return float(room.exactly((below @ arm.frame)[None])[0]) < 0.0
 
 
 def _ways(

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -241,6 +242,21 @@ def rims(thing: Thing) -> list[Handhold]:
     return found
 
 
+def wall(thing: Thing, turn: float) -> Handhold:
+    """The wall of a round vessel with a handle, upright, so many degrees from that.
+
+    Raises:
+        SkillFailed: if it has no handle.
+    """
+    way = handle_way(thing)
+    if way is None:
+        raise SkillFailed(f"{thing.entity} has no handle")
+    out = about_z(turn) @ way
+    at = np.append(thing.middle[:2], thing.highest - RIM_DEEP / 2.0)
+    axes = np.stack((out * RIM, np.cross(UP, out) * RIM_LONG, UP * RIM_DEEP), axis=1) / 2.0
+    return Handhold(at + (thing.sides()[0][1] - RIM) / 2.0 * out, axes, False, (0.0,), "rim")
+
+
 def hollowed(thing: Thing) -> Array:
     """Points (P, 3) on a vessel, none of them over its opening."""
     whole, points = body(thing), outline(thing)
@@ -248,7 +264,18 @@ def hollowed(thing: Thing) -> Array:
     return np.asarray(points[(own[2] < WALLS) | (np.hypot(*own[:2]) > WALLS)])
 
 
-PARTS = {"body": body, "end": ends, "handle": handle, "lug": lug, "bow": bow, "knob": knob}
+PAN_WALLS = {f"wall at {turn}": partial(wall, turn=turn) for turn in (45, -45, 90, -90, 135, -135)}
+"""Walls of a pan, those first that carry it best: the nearer to its handle, the nearer to its
+centre of mass."""
+PARTS: Mapping[str, Callable[[Thing], Handhold]] = {
+    "body": body,
+    "end": ends,
+    "handle": handle,
+    "lug": lug,
+    "bow": bow,
+    "knob": knob,
+    **PAN_WALLS,
+}
 Part = str | Callable[[Thing], Handhold]
 """What is pinched: empty for what fits between the fingers, a thing itself or its handle."""
 

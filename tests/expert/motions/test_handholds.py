@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from pytest_safemanip.expert.motions.handholds import body, grasp_poses, handholds
+from pytest_safemanip.expert.motions.handholds import PAN_WALLS, body, grasp_poses, handholds
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.robot.hand import GAP, PALM
 from pytest_safemanip.expert.world.things import Thing
@@ -64,7 +64,25 @@ def test_a_wide_vessel_without_a_handle_is_taken_by_its_rim_one_finger_inside():
             assert abs(pose.hand[:2, 0] @ (pose.point - own.centre)[:2]) > 0.5 * reach
 
 
+@pytest.mark.parametrize("part", PAN_WALLS)
+def test_a_pan_is_drawn_by_its_wall_beside_the_handle_one_finger_inside(part):
+    arm, own = thing((0.1, 0.16, 0.03), 0.06)
+    (hold,) = handholds(own, part)
+    middle, radius = own.middle[:2], own.sides()[0][1] / 2.0
+    out = (hold.middle[:2] - middle) / radius
+    assert np.linalg.norm(out) == pytest.approx(1.0, abs=0.1)
+    assert out @ (own.centre[:2] - middle) < 0.75 * 0.06
+    found = list(grasp_poses(arm, own, hold, own.bottom))
+    assert found
+    for pose in found:
+        off = (pose.point[:2] - middle) @ out
+        assert off == pytest.approx(radius, abs=0.042)
+        assert pose.point[2] < own.highest + 0.01
+
+
 def test_what_has_no_such_part_is_refused():
+    with pytest.raises(SkillFailed, match="mug has no handle"):
+        handholds(thing(WIDE)[1], next(iter(PAN_WALLS)))
     with pytest.raises(SkillFailed, match="mug has no handle"):
         handholds(thing(WIDE)[1], "handle")
 
