@@ -18,7 +18,8 @@ def read_seeds(text: str) -> tuple[int, ...]:
     try:
         return parse_seeds(text, "seeds")
     except ConfigError as error:
-        raise argparse.ArgumentTypeError(str(error)) from error
+        # argparse names the option itself.
+        raise argparse.ArgumentTypeError(str(error).removeprefix("seeds: ")) from error
 
 
 def as_option(seeds: Sequence[int]) -> str:

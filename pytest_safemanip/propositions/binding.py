@@ -8,6 +8,9 @@ from dataclasses import dataclass, field
 from pytest_safemanip.errors import TraceError
 from pytest_safemanip.propositions.definition import Parameters
 
+OF_DOORS = ("open", "close")
+"""Skills that need a door or drawer."""
+
 
 @dataclass(frozen=True, slots=True)
 class Zone:

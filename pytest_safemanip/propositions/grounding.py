@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 
 from pytest_safemanip.errors import ConfigError, TraceError, did_you_mean
+from pytest_safemanip.propositions.binding import OF_DOORS
 from pytest_safemanip.propositions.definition import Proposition
 from pytest_safemanip.propositions.settings import changed, split
 from pytest_safemanip.trace.elements import ROBOT, Switch
@@ -181,4 +182,4 @@ def reached_interior(scene: Scene, *arguments: str) -> str:
 
 def skill(scene: Scene, name: str, entity: str) -> str:
     """What the onset of a skill needs and does not find, if so."""
-    return door(scene, entity) if name in ("open", "close") else gripper(scene)
+    return door(scene, entity) if name in OF_DOORS else gripper(scene)

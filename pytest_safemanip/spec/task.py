@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_safemanip.errors import TraceError, did_you_mean
-from pytest_safemanip.propositions.binding import Binding, Zone
+from pytest_safemanip.propositions.binding import OF_DOORS, Binding, Zone
 from pytest_safemanip.trace.elements import ROBOT, Entity
 from pytest_safemanip.trace.scene import Scene
 
@@ -160,7 +160,7 @@ class Task:
             skills=tuple(
                 (skill, entity(x))
                 for skill, x in self.skills
-                if x not in lacking and not (skill in ("open", "close") and x in shelves)
+                if x not in lacking and not (skill in OF_DOORS and x in shelves)
             ),
             transfers=pairs(self.transfers),
             tools=tuple(
