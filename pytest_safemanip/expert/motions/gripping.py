@@ -149,8 +149,7 @@ def _draw(arm: Arm, thing: Thing, ways: Sequence[Reach]) -> Motion:
     mass to lift it, but not to draw it towards the robot.
     """
     reach = turned_over(arm, arm.choices.choose("drawn", ways))
-    stays_on = [far for far in DRAWN if _stays_on(arm, thing, far)]
-    far = arm.choices.choose("drawn so far", stays_on[:2] or DRAWN[-1:])
+    far = arm.choices.choose("drawn so far", _staying_on(arm, thing)[:2] or DRAWN[-1:])
     hand = reach.pose.hand
     yield from go_before(arm, reach)
     yield from come_in(arm, thing, reach)
@@ -162,11 +161,12 @@ def _draw(arm: Arm, thing: Thing, ways: Sequence[Reach]) -> Motion:
     yield from draw_back(arm, reach)
 
 
-def _stays_on(arm: Arm, thing: Thing, far: float) -> bool:
-    """Whether something stays on what it stands on if it is drawn so far towards the robot, m."""
+def _staying_on(arm: Arm, thing: Thing) -> list[float]:
+    """How far something may be drawn towards the robot to stay on what it stands on, m."""
     room = Room.around(arm, [thing.centre], [thing.entity])
-    below = np.append(thing.com[:2], thing.bottom - EDGE / 4.0) - arm.onward(far + EDGE)
-    return float(room.exactly((below @ arm.frame)[None])[0]) < 0.0
+    com = np.append(thing.com[:2], thing.bottom - EDGE / 4.0)
+    below = np.array([com - arm.onward(far + EDGE) for far in DRAWN]) @ arm.frame
+    return [far for far, off in zip(DRAWN, room.exactly(below), strict=True) if off < 0.0]
 
 
 def _ways(

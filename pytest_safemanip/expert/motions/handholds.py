@@ -232,14 +232,14 @@ def outline(thing: Thing) -> Array:
 
 def rims(thing: Thing) -> list[Handhold]:
     """The walls of a vessel, upright, in the middle of its four sides."""
-    found = []
-    for axis, width in thing.sides():
-        for out in (axis, -axis):
-            at = np.append(thing.middle[:2], thing.highest - RIM_DEEP / 2.0)
-            axes = np.stack((out * RIM, np.cross(UP, out) * RIM_LONG, UP * RIM_DEEP), axis=1) / 2.0
-            middle = at + (width - RIM) / 2.0 * out
-            found.append(Handhold(middle, axes, False, (0.0,), "rim"))
-    return found
+    return [_rim(thing, out, width) for axis, width in thing.sides() for out in (axis, -axis)]
+
+
+def _rim(thing: Thing, out: Array, width: float) -> Handhold:
+    """The wall on one side of a vessel, out (3,) from its middle, which is so wide there, m."""
+    at = np.append(thing.middle[:2], thing.highest - RIM_DEEP / 2.0)
+    axes = np.stack((out * RIM, np.cross(UP, out) * RIM_LONG, UP * RIM_DEEP), axis=1) / 2.0
+    return Handhold(at + (width - RIM) / 2.0 * out, axes, False, (0.0,), "rim")
 
 
 def wall(thing: Thing, turn: float) -> Handhold:
@@ -251,10 +251,7 @@ def wall(thing: Thing, turn: float) -> Handhold:
     way = handle_way(thing)
     if way is None:
         raise SkillFailed(f"{thing.entity} has no handle")
-    out = about_z(turn) @ way
-    at = np.append(thing.middle[:2], thing.highest - RIM_DEEP / 2.0)
-    axes = np.stack((out * RIM, np.cross(UP, out) * RIM_LONG, UP * RIM_DEEP), axis=1) / 2.0
-    return Handhold(at + (thing.sides()[0][1] - RIM) / 2.0 * out, axes, False, (0.0,), "rim")
+    return _rim(thing, about_z(turn) @ way, thing.sides()[0][1])
 
 
 def hollowed(thing: Thing) -> Array:
@@ -265,7 +262,7 @@ def hollowed(thing: Thing) -> Array:
 
 
 PAN_WALLS = {f"wall at {turn}": partial(wall, turn=turn) for turn in (45, -45, 90, -90, 135, -135)}
-"""Walls of a pan, those first that carry it best: the nearer to its handle, the nearer to its
+"""Walls of a pan, by degrees from its handle: those first that are nearest to that, and so to its
 centre of mass."""
 PARTS: Mapping[str, Callable[[Thing], Handhold]] = {
     "body": body,
