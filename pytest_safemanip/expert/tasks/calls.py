@@ -24,11 +24,13 @@ class Call:
         skill: the skill's name: ``turn_on burner of under``.
         roles: as the call names them, one after the other: ``("stove", "pan")``.
         text: the call itself.
+        place: where it is written, ``plans.yaml:7``.
     """
 
     skill: str
     roles: tuple[str, ...]
     text: str = field(default="", compare=False)
+    place: str = field(default="plan", compare=False, repr=False)
 
 
 def read(text: str) -> Call:

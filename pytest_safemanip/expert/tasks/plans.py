@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
@@ -47,7 +48,7 @@ def _plans(section: Section) -> dict[str, tuple[Entry, ...]]:
     found = {}
     for task in section:
         try:
-            found[task] = _plan(section.texts(task))
+            found[task] = _plan(section.texts(task), section.place(task))
         except _NoPlan as error:
             raise section.error(task, str(error)) from error
     return found
@@ -57,34 +58,34 @@ class _NoPlan(ValueError):
     """What is no plan."""
 
 
-def _plan(texts: Texts) -> tuple[Entry, ...]:
+def _plan(texts: Texts, place: str) -> tuple[Entry, ...]:
     if not isinstance(texts, list):
         raise _NoPlan("expected a list of skills, such as [grasp obj, place obj in cab]")
-    entries = tuple(map(_entry, texts))
+    entries = tuple(_entry(entry, place) for entry in texts)
     if (number := len(calls_of(entries))) > MOST_SKILLS:
         raise _NoPlan(f"{number} skills; a search for a way to do them takes {MOST_SKILLS} at most")
     return entries
 
 
-def _entry(entry: Texts) -> Entry:
+def _entry(entry: Texts, place: str) -> Entry:
     if isinstance(entry, str):
-        return _call(entry)
+        return _call(entry, place)
     if isinstance(entry, list):
-        return tuple(map(_skills, entry))
-    return {role: _skills(skills) for role, skills in entry.items()}
+        return tuple(_skills(skills, place) for skills in entry)
+    return {role: _skills(skills, place) for role, skills in entry.items()}
 
 
-def _skills(texts: Texts) -> tuple[Call, ...]:
+def _skills(texts: Texts, place: str) -> tuple[Call, ...]:
     if not isinstance(texts, list):
         raise _NoPlan(f"expected a list of skills, found {texts!r}")
-    return tuple(map(_call, texts))
+    return tuple(_call(text, place) for text in texts)
 
 
-def _call(text: Texts) -> Call:
+def _call(text: Texts, place: str) -> Call:
     if not isinstance(text, str):
         raise _NoPlan(f"expected a skill, found {text!r}; skills are nested once")
     try:
-        return parse(text)
+        return replace(parse(text), place=place)
     except ConfigError as error:
         raise _NoPlan(str(error)) from error
 
@@ -137,7 +138,7 @@ def _perform(arm: Arm, call: Call) -> Motion:
     try:
         yield from SKILLS[call.skill](arm, *call.roles)
     except ConfigError as error:
-        raise ConfigError(f"plan: {call.text!r}: {error}") from None
+        raise ConfigError(f"{call.place}: {call.text!r}: {error}") from None
 
 
 def _check_roles(arm: Arm, entries: tuple[Entry, ...]) -> None:
@@ -151,7 +152,8 @@ def _check_roles(arm: Arm, entries: tuple[Entry, ...]) -> None:
     for entry in entries:
         if isinstance(entry, Mapping) and not roles.keys() & entry.keys():
             named, hint = ", ".join(entry), did_you_mean(next(iter(entry)), roles)
-            raise ConfigError(f"plan: the task has none of the roles {named}; {hint}")
+            place = calls_of([entry])[0].place
+            raise ConfigError(f"{place}: the task has none of the roles {named}; {hint}")
         if isinstance(entry, Mapping):
             continue
         for call in calls_of([entry]):
@@ -159,7 +161,7 @@ def _check_roles(arm: Arm, entries: tuple[Entry, ...]) -> None:
             if missing and "or" not in call.skill.split():
                 hint = did_you_mean(missing[0], roles)
                 raise ConfigError(
-                    f"plan: {call.text!r}: the task has no role {missing[0]!r}; {hint}"
+                    f"{call.place}: {call.text!r}: the task has no role {missing[0]!r}; {hint}"
                 )
 
 

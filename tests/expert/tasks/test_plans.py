@@ -103,14 +103,17 @@ def begin(entry):
     [
         (
             "grasp obj, place obj in cad",
-            "'place obj in cad': the task has no role 'cad'; did you mean 'cab'",
+            "plans.yaml:1: 'place obj in cad': the task has no role 'cad'; did you mean 'cab'",
         ),
         (
             "[[grasp obj], [grasp obk]]",
             "'grasp obk': the task has no role 'obk'; did you mean 'obj'",
         ),
-        ("{obk: [grasp obk], obl: [grasp obl]}", "none of the roles obk, obl; did you mean 'obj'"),
-        ("grasp cab", "'grasp cab': cab is a fixture, and an object is wanted there"),
+        (
+            "{obk: [grasp obk], obl: [grasp obl]}",
+            "plans.yaml:1: the task has none of the roles obk, obl; did you mean 'obj'",
+        ),
+        ("grasp cab", "plans.yaml:1: 'grasp cab': cab is a fixture, and an object is wanted there"),
         ("open obj", "'open obj': obj is an object, and a fixture is wanted there"),
     ],
 )
