@@ -25,10 +25,9 @@ from pytest_safemanip.expert.robot.hand import (
     palm_points,
 )
 from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
-from pytest_safemanip.expert.world.contacts import loads
 from pytest_safemanip.expert.world.room import Room
-from pytest_safemanip.expert.world.standing import handles, solids
-from pytest_safemanip.expert.world.things import Piece, other_things, pieces
+from pytest_safemanip.expert.world.standing import solids_then
+from pytest_safemanip.expert.world.things import Piece, pieces
 from pytest_safemanip.trace.elements import Joint
 from pytest_safemanip.trace.geometry import about, corners, matrix, rotate
 from pytest_safemanip.trace.kinematics import carried
@@ -499,27 +498,6 @@ def _deep(
     away = room.exactly(flat).reshape(len(later), -1)
     away[:, : len(palm)] -= off
     return np.asarray(np.maximum(0.0, -away.min(axis=1)))
-
-
-def solids_then(arm: Arm, joint: Joint, first: float, openness: float) -> Array:
-    """Corners (N, 8, 3) of all that is solid when a part is as open as that, with what lies on it.
-
-    Args:
-        arm: the arm.
-        joint: moves the part.
-        first: openness now.
-        openness: of the part then.
-    """
-    moved = [corners(p.pose, p.half)[None] for p in pieces(arm, joint, openness)]
-    along, things = loads(arm, joint), list[Array]()
-    for thing in other_things(arm):
-        at = thing.corners
-        if thing.entity in along:
-            poses = np.concatenate((at, np.tile((1.0, 0.0, 0.0, 0.0), (len(at), 1))), axis=1)
-            at = carried(joint, poses, np.full(len(at), openness - first))[:, :3]
-        things.append(at[None])
-    still = solids(arm, but=joint.key), handles(arm, joint.key)
-    return np.concatenate((*still, *moved, *things))
 
 
 def _farthest(joint: Joint, part: Sequence[Piece]) -> float:

@@ -13,9 +13,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.expert.motions.approaching import draw_back, go_before, holding
+from pytest_safemanip.expert.motions.approaching import go_before, holding
 from pytest_safemanip.expert.motions.attitudes import (
-    ASKEW,
     TURNS,
     Attitudes,
     dipped,
@@ -27,6 +26,7 @@ from pytest_safemanip.expert.motions.attitudes import (
 )
 from pytest_safemanip.expert.motions.hand_ways import HandWays
 from pytest_safemanip.expert.motions.handholds import outline
+from pytest_safemanip.expert.motions.lowering import DEEP, SPEED, set_down, withdraw
 from pytest_safemanip.expert.motions.poses import SLANTED, Pose, Reach, Ways
 from pytest_safemanip.expert.motions.reaching import (
     MOST,
@@ -37,11 +37,10 @@ from pytest_safemanip.expert.motions.reaching import (
     varied,
 )
 from pytest_safemanip.expert.motions.resting import check_inside, check_stays, check_steady
-from pytest_safemanip.expert.motions.travelling import check_bent
-from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, NoWay, SkillFailed, raised
+from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, NoWay, SkillFailed
 from pytest_safemanip.expert.robot.base import LASTING
 from pytest_safemanip.expert.robot.rotations import Array
-from pytest_safemanip.expert.world.contacts import carriers, palm_meets, supports
+from pytest_safemanip.expert.world.contacts import carriers, supports
 from pytest_safemanip.expert.world.room import Room, walls
 from pytest_safemanip.expert.world.things import Space, Thing, contents, other_things, solid
 from pytest_safemanip.trace.geometry import matrix
@@ -49,12 +48,11 @@ from pytest_safemanip.trace.planar import footprints_overlap
 
 OVER = 0.008
 """Free space below a load before it is lowered until it stands, m."""
-DEEP, INTO = 0.3, 0.02
-"""How far it is lowered at most, and between the walls of a vessel, which the palm may meet, how
-far below its goal, m."""
-LAGS, STRIDE = 10, 0.0125
-"""Control steps by which the hand comes after what it is told, and how far it goes down in one at
-its top speed, m: a quarter of what it is told, for it yields to its load."""
+INTO = 0.02
+"""How far below its goal it is lowered at most between the walls of a vessel, which the palm may
+meet, m."""
+SOFTLY = 0.05
+"""Share of the hand's top speed at which a load is lowered that may break."""
 HIGHER = (0.0, 0.015, 0.03, 0.045)
 """How much higher something may be let go, m: where the palm would meet a rim."""
 LOWERED_TO, ONTO, DIPPED, END = (0.055,), (0.075,), (0.08, 0.1), 0.01
@@ -68,12 +66,6 @@ LEAVES = ((0.08, 0.01, 0.0), *((0.0, up, 0.0) for up in (0.1, 0.15, 0.2, 0.25)),
 """Ways in and out: back along the approach, up, and to the robot, m."""
 NARROWLY = 0.2
 """How much farther than they are fingers open in what is narrow, share of the full opening."""
-SPEED, SOFTLY = 0.12, 0.05
-"""Share of the hand's top speed at which a load is lowered: usually, and what may break."""
-FASTEST, CREEPING, CREPT = 0.2, 15, 0.3
-"""Up to which share of its top speed a hand is lowered faster that creeps: that in so many steps
-comes down by less than this share of what it should. An arm that reaches far out does so.
-"""
 CARRIED = 0.6
 """Share of the usual speeds on the way."""
 ON_OTHERS = 0.6
@@ -85,16 +77,12 @@ stand on; and how far something may reach out of what it is to lie in, m.
 LEVEL, HIGHER_UP = 0.01, 0.03
 """What is no lower than what something is to stand on, and no higher than that, would be taken for
 what carries it, m."""
-PRECISELY = 0.004
-"""How far beside its way down the hand may be, m."""
 FALLS = 0.04
 """How far something may fall that is let go, m."""
 ALONG = 0.01
 """How far a vessel may rise when the hand leaves it, m."""
 INSIDE = 0.025
 """How far from the edge of what it stands on a centre of mass stays, m."""
-OFF = 0.35
-"""How far the base draws back at least from what is let go, m."""
 
 
 @dataclass(frozen=True)
@@ -448,75 +436,3 @@ def _out(space: Space, box: Array) -> bool:
     own = (box - pose[:3]) @ matrix(pose[3:])
     out = (own[:, 2] > half[2] + OUT) | (np.abs(own[:, :2]) > half[:2] + OUT).any(axis=1)
     return bool(out.any())
-
-
-def set_down(
-    arm: Arm,
-    thing: Thing,
-    depth: float = DEEP,
-    speed: float = SPEED,
-    above: Array | None = None,
-    hand: Array | None = None,
-) -> Motion:
-    """Lower a held thing until it stands on something, or the palm does.
-
-    Args:
-        arm: the arm.
-        thing: the thing.
-        depth: how far at most, m.
-        speed: share of the hand's top speed.
-        above: where the hand is first (3,); None for where it is.
-        hand: its orientation (3, 3); None for the present one.
-    """
-    yield from arm.move(
-        arm.position if above is None else above,
-        hand,
-        tolerance=PRECISELY,
-        turn_tolerance=0.3 if hand is None else ASKEW,
-        steps=25,
-        required=False,
-        exact=True,
-    )
-    yield from _lower(arm, thing, raised(arm.position, -depth), speed)
-
-
-def _lower(arm: Arm, thing: Thing, low: Array, speed: float) -> Motion:
-    """Lower a held thing until it stands, to a point (3,) at most; faster if the hand creeps."""
-    stride, heights = STRIDE * speed, list[float]()
-
-    def stands() -> bool:
-        return bool(carriers(arm, thing)) or palm_meets(arm, thing)
-
-    def creeps() -> bool:
-        late = heights[LAGS:][-CREEPING:]
-        down = late[0] - late[-1] if len(late) == CREEPING else math.inf
-        return down < CREPT * CREEPING * stride
-
-    def ends() -> bool:
-        heights.append(float(arm.position[2]))
-        return stands() or (speed < FASTEST and creeps())
-
-    yield from arm.move(
-        low,
-        arm.rotation,
-        speed=speed,
-        steps=LAGS + round(1.2 * float(arm.position[2] - low[2]) / stride),
-        until=ends,
-        required=False,
-    )
-    if speed < FASTEST and creeps() and not stands():
-        yield from _lower(arm, thing, low, 2.0 * speed)
-
-
-def withdraw(arm: Arm, reach: Reach) -> Motion:
-    """Draw an empty hand off what it let go, and back, as high as if it had not been lowered.
-
-    Raises:
-        SkillFailed: if the base does not get there, or if the arm is straight, and is used again.
-    """
-    lowered = max(0.0, float((reach.pose.point - arm.position)[2]))
-    out = raised(reach.leave, lowered)
-    yield from arm.move(arm.position + out, tolerance=0.02, speed=0.5, steps=50, required=False)
-    yield from draw_back(arm, reach, least=OFF)
-    if arm.upcoming:
-        check_bent(arm)

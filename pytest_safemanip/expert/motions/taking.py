@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.expert.motions.holds import LETS_GO, Hold, solids_then
+from pytest_safemanip.expert.motions.holds import LETS_GO, Hold
 from pytest_safemanip.expert.motions.travelling import joints_now
 from pytest_safemanip.expert.robot.arm import FOLDED, Arm, raised
 from pytest_safemanip.expert.robot.hand import WRIST
@@ -25,7 +25,7 @@ from pytest_safemanip.expert.robot.rotations import Array, rotation_vector
 from pytest_safemanip.expert.world.candidates import Candidates
 from pytest_safemanip.expert.world.contacts import loads
 from pytest_safemanip.expert.world.room import Room
-from pytest_safemanip.expert.world.standing import nearest, passable, rearmost
+from pytest_safemanip.expert.world.standing import nearest, passable, rearmost, solids_then
 from pytest_safemanip.expert.world.ways import Leg, foresee
 from pytest_safemanip.trace.elements import Joint
 

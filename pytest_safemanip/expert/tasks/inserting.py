@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from pytest_safemanip.expert.motions.attitudes import dipped
-from pytest_safemanip.expert.motions.placing import FALLS, bring, withdraw
+from pytest_safemanip.expert.motions.lowering import withdraw
+from pytest_safemanip.expert.motions.placing import FALLS, bring
 from pytest_safemanip.expert.motions.spots import into_thing
 from pytest_safemanip.expert.robot.arm import Arm, IllHeld, Motion, raised
 from pytest_safemanip.expert.world.contacts import carriers, palm_meets

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from pytest_safemanip.expert.motions.placing import bring, set_down, withdraw
+from pytest_safemanip.expert.motions.lowering import set_down, withdraw
+from pytest_safemanip.expert.motions.placing import bring
 from pytest_safemanip.expert.motions.spots import on_thing
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.robot.rotations import Array

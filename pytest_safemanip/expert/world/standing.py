@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.robot.base import LASTING
 from pytest_safemanip.expert.robot.rotations import Array
+from pytest_safemanip.expert.world.contacts import loads
+from pytest_safemanip.expert.world.things import other_things, pieces
+from pytest_safemanip.trace.elements import Joint
 from pytest_safemanip.trace.geometry import corners
 from pytest_safemanip.trace.kinematics import carried
 from pytest_safemanip.trace.scene import Scene
@@ -182,6 +185,27 @@ def solids(arm: Arm, but: str = "") -> Array:
     """
     state = arm.step.joint[:, 0].tobytes(), but
     return arm.latest("furniture as it is", state, lambda: _solids(arm, but))
+
+
+def solids_then(arm: Arm, joint: Joint, first: float, openness: float) -> Array:
+    """Corners (N, 8, 3) of all that is solid when a part is as open as that, with what lies on it.
+
+    Args:
+        arm: the arm.
+        joint: moves the part.
+        first: openness now.
+        openness: of the part then.
+    """
+    moved = [corners(p.pose, p.half)[None] for p in pieces(arm, joint, openness)]
+    along, things = loads(arm, joint), list[Array]()
+    for thing in other_things(arm):
+        at = thing.corners
+        if thing.entity in along:
+            poses = np.concatenate((at, np.tile((1.0, 0.0, 0.0, 0.0), (len(at), 1))), axis=1)
+            at = carried(joint, poses, np.full(len(at), openness - first))[:, :3]
+        things.append(at[None])
+    still = solids(arm, but=joint.key), handles(arm, joint.key)
+    return np.concatenate((*still, *moved, *things))
 
 
 def _solids(arm: Arm, but: str) -> Array:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from pytest_safemanip.expert.motions.gripping import grasp
-from pytest_safemanip.expert.motions.placing import Spot, bring, withdraw
+from pytest_safemanip.expert.motions.lowering import withdraw
+from pytest_safemanip.expert.motions.placing import Spot, bring
 from pytest_safemanip.expert.robot.arm import Arm, Motion, raised
 from pytest_safemanip.expert.tasks.calls import Call
 from pytest_safemanip.expert.tasks.search import rehearsed

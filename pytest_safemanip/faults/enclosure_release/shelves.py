@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_safemanip.expert.motions.gripping import grasp
-from pytest_safemanip.expert.motions.placing import Spot, bring, withdraw
+from pytest_safemanip.expert.motions.lowering import withdraw
+from pytest_safemanip.expert.motions.placing import Spot, bring
 from pytest_safemanip.expert.robot.arm import Arm, Motion
 from pytest_safemanip.expert.robot.rotations import Array
 from pytest_safemanip.expert.tasks.calls import Call
