@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Collection, Sequence
 
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import ConfigError, did_you_mean
 from pytest_safemanip.run.option_values import parse_seeds
 
 
@@ -22,6 +22,12 @@ def read_seeds(text: str) -> tuple[int, ...]:
         raise argparse.ArgumentTypeError(str(error).removeprefix("seeds: ")) from error
 
 
+def add_seeds(parser: argparse.ArgumentParser, default: str) -> None:
+    """Add ``--seeds``."""
+    told = "A:B, A,B,C, or N for the first N (default: %(default)s)"
+    parser.add_argument("--seeds", type=read_seeds, default=default, help=told)
+
+
 def as_option(seeds: Sequence[int]) -> str:
     """The same seeds as text again: a single number would mean how many."""
     return ",".join(map(str, seeds)) if len(seeds) > 1 else f"{seeds[0]}:{seeds[0] + 1}"
@@ -33,9 +39,8 @@ def some_of(known: Collection[str]) -> Callable[[str], list[str]]:
     def read(text: str) -> list[str]:
         names = text.split(",")
         if unknown := [name for name in names if name not in known]:
-            raise argparse.ArgumentTypeError(
-                f"there is no {unknown[0]!r}; there are {', '.join(known)}"
-            )
+            hint = did_you_mean(unknown[0], known)
+            raise argparse.ArgumentTypeError(f"there is no {unknown[0]!r}; {hint}")
         return names
 
     return read

@@ -156,6 +156,8 @@ def main() -> None:
     """Find, run again, print."""
     if len(sys.argv) != 2 or not Path(sys.argv[1]).is_dir():
         sys.exit(__doc__)
+    if not next(Path(sys.argv[1]).rglob(f"*{files.SUFFIX}"), None):
+        sys.exit(f"{sys.argv[1]} has no recording")
     assets = prepare_assets(loading.package_assets(), "auto")
     backend = factory.local(str(assets.root), assets.kind, {}, {}, "")
     lines, wrong = [], 0

@@ -33,12 +33,18 @@ class Disturbed:
 
     Args:
         text: ``KIND@STRENGTH``.
+
+    Raises:
+        ConfigError: if it is none.
     """
 
     def __init__(self, text: str) -> None:
         self._kind, _, strength = text.partition("@")
         if self._kind not in KINDS or not strength.replace(".", "", 1).isdigit():
-            raise ConfigError(f"disturbed:{text}: expected KIND@STRENGTH, of {', '.join(KINDS)}")
+            kinds = ", ".join(KINDS)
+            raise ConfigError(
+                f"disturbed:{text}: expected KIND@STRENGTH: one of {kinds}, and a number from 0 on"
+            )
         self._strength = float(strength)
         self._expert = Scripted()
 

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.options import read_seeds
+from benchmarks.options import add_seeds
 from benchmarks.tables import put, table
 from pytest_safemanip.faults.library import FAULTS
 from pytest_safemanip.faults.policy import Scripted
@@ -230,9 +230,7 @@ def compared(one: Rollout, other: Rollout) -> list[float]:
 def main() -> None:
     """Roll out, judge at each limit, print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument(
-        "--seeds", type=read_seeds, default="0:3", help="A:B (default: %(default)s)"
-    )
+    add_seeds(parser, "0:3")
     parser.add_argument("--tasks", default=TASKS, help="of the expert (default: %(default)s)")
     parser.add_argument("--noise", type=float, default=0.1, help="default: %(default)s")
     parser.add_argument("--put", action="store_true", help=f"write into {DOCUMENT.name}")

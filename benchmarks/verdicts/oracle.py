@@ -19,18 +19,21 @@ import time
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
-from benchmarks.options import read_seeds
+from benchmarks.options import add_seeds
 from benchmarks.tables import put, table
 from benchmarks.verdicts.disturbed import Disturbed
 from benchmarks.verdicts.labels import KINDS, Event, label
 from benchmarks.verdicts.raw import Examined, Raw
+from pytest_safemanip.errors import SafemanipError
 from pytest_safemanip.judge import Finding, Judge
 from pytest_safemanip.policies.registry import PolicySpec, resolve
 from pytest_safemanip.rollouts import loop
 from pytest_safemanip.rollouts.store import file_name
+from pytest_safemanip.run.cases import select_tasks
 from pytest_safemanip.run.definitions import Definitions, load_definitions
 from pytest_safemanip.sim.backend import Options, Request
 from pytest_safemanip.sim.robocasa import factory, loading
@@ -254,27 +257,26 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--policies", required=True, help="names, comma-separated")
     parser.add_argument("--tasks", default="quick", help="names, comma-separated, or a set")
-    parser.add_argument(
-        "--seeds", type=read_seeds, default="300:310", help="A:B (default: %(default)s)"
-    )
+    add_seeds(parser, "300:310")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--judge", action="store_true", help="roll nothing out")
     parser.add_argument("--put", default="", help=f"name of the tables in {DOCUMENT.name}")
     options = parser.parse_args()
     definitions = load_definitions([], [], [])
-    tasks = [
-        name
-        for name, task in definitions.runnable.items()
-        if name in options.tasks.split(",") or options.tasks in task.sets
-    ]
     policies = options.policies.split(",")
-    if not options.judge:
-        runner, added = Runner(options.out, definitions), {"disturbed": Disturbed, **_hooked()}
-        for policy in [resolve(name, added) for name in policies]:
-            for seed in options.seeds:
-                for task in tasks:
-                    runner.run(policy, task, seed)
-    rollouts = list(compared(options.out, policies, definitions))
+    added = {"disturbed": Disturbed, **_hooked()}
+    try:
+        tasks = select_tasks(definitions.runnable, options.tasks.split(","), "--tasks")
+        resolved = [resolve(name, added) for name in policies]
+        if not options.judge:
+            runner = Runner(options.out, definitions)
+            for policy, seed, task in product(resolved, options.seeds, tasks):
+                runner.run(policy, task.name, seed)
+        rollouts = list(compared(options.out, policies, definitions))
+    except SafemanipError as error:
+        parser.error(str(error))
+    if not rollouts:
+        parser.error(f"{options.out} has no recording of these policies")
     heads: dict[str, tuple[list[str], Any]] = {
         "policies": (
             ["policy", "rollouts", "successes", "flagged", "events", "flagged events"],

@@ -23,8 +23,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from benchmarks.options import as_option, read_seeds
+from benchmarks.options import add_seeds, as_option
 from benchmarks.tables import put, table
+from pytest_safemanip.errors import did_you_mean
 from pytest_safemanip.faults import library
 from pytest_safemanip.judge import Judge, Verdict
 from pytest_safemanip.metrics.recall import Detection, detect
@@ -247,9 +248,7 @@ def by_task(rollouts: Sequence[Judged]) -> list[list[str]]:
 def main() -> None:
     """Roll out, judge, print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument(
-        "--seeds", type=read_seeds, default="100:150", help="A:B (default: %(default)s)"
-    )
+    add_seeds(parser, "100:150")
     parser.add_argument("--only", default="*", help="globs of scripted, scripted:FAULT")
     parser.add_argument(
         "--out",
@@ -257,7 +256,12 @@ def main() -> None:
         default=Path(".safemanip/recall"),
         help="folder of recordings; what is there is kept (default: %(default)s)",
     )
-    parser.add_argument("--stepping", choices=("fast", "exact"), default="fast")
+    parser.add_argument(
+        "--stepping",
+        choices=("fast", "exact"),
+        default="fast",
+        help="of the simulator, as --safemanip-stepping (default: %(default)s)",
+    )
     parser.add_argument(
         "--judge", action="store_true", help="judge what is there, roll nothing out"
     )
@@ -286,7 +290,8 @@ def main() -> None:
     globs = options.only.split(",")
     policies = [name for name in known if any(fnmatch.fnmatch(name, glob) for glob in globs)]
     if not policies:
-        parser.error(f"--only {options.only}: nothing of that name; there are {', '.join(known)}")
+        hint = did_you_mean(options.only, known, "safemanip faults")
+        parser.error(f"--only {options.only}: nothing of that name; {hint}")
     if not options.judge:
         record(policies, options.seeds, options.out, options.stepping, options.n)
     rollouts = list(judged(policies, options.seeds, options.out))

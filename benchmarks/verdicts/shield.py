@@ -20,7 +20,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.options import as_option, read_seeds
+from benchmarks.options import add_seeds, as_option
 from benchmarks.tables import put, table
 from benchmarks.verdicts.recall import EXPERT, FAULTS, Judging, share
 from pytest_safemanip.trace import files
@@ -109,9 +109,7 @@ def of_expert(plain: Mapping[Key, Rolled], shielded: Mapping[Key, Rolled]) -> li
 def main() -> None:
     """Roll out, judge, print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument(
-        "--seeds", type=read_seeds, default="100:103", help="A:B (default: %(default)s)"
-    )
+    add_seeds(parser, "100:103")
     parser.add_argument("--only", default="*", help="globs of scripted, scripted:FAULT")
     parser.add_argument("--out", type=Path, default=Path(".safemanip/shield"))
     parser.add_argument(

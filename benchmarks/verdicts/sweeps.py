@@ -20,7 +20,7 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-from benchmarks.options import read_seeds, some_of
+from benchmarks.options import add_seeds, some_of
 from benchmarks.tables import put, table
 from benchmarks.verdicts.labels import World
 from benchmarks.verdicts.oracle import DOCUMENT, Runner
@@ -277,7 +277,7 @@ def line(found: Sweep) -> list[str]:
         str(len(found.x)),
         str(found.lost),
         f"{found.threshold:.3g}",
-        f"{found.fit()[0]:.3g}",
+        f"{found.fit()[0]:.3g}" if np.isfinite(found.ends()).all() else "-",
         *(f"{end:.3g}" if np.isfinite(end) else "-" for end in found.ends()),
         str(found.wrong()),
     ]
@@ -313,9 +313,7 @@ def main() -> None:
     parser.add_argument(
         "--values", type=int, default=13, help="amounts of each family (default: %(default)s)"
     )
-    parser.add_argument(
-        "--seeds", type=read_seeds, default="400:405", help="A:B (default: %(default)s)"
-    )
+    add_seeds(parser, "400:405")
     parser.add_argument(
         "--put",
         action="store_true",

@@ -256,6 +256,9 @@ def _actions(
     """The policy's actions, one by one; a new chunk when the last one is used up.
 
     They end when the policy says that it is done, unless one is patient.
+
+    Raises:
+        RolloutError: if the policy fails, its answer is no action, or it still rehearses.
     """
     policy.reset(info)
     foresee = backend.clearance if isinstance(backend, Foresees) else blind
@@ -272,7 +275,13 @@ def _actions(
             index, info.instruction, steps[-1], backend.observe, key, foresee, rehearsal
         )
         where = f"policy {name!r}, step {index}"
-        yield from _checked(policy.act(disturbed.seen(seen)), where, actions)
+        answer = policy.act(disturbed.seen(seen))
+        if rehearsal and rehearsal.open:
+            raise RolloutError(
+                f"{where}: it acts while it rehearses: 'undo' or 'keep' each trial that it begins "
+                f"({rehearsal.open} left open)"
+            )
+        yield from _checked(answer, where, actions)
 
 
 def _checked(chunk: Any, where: str, spec: ActionSpec) -> NDArray[np.float64]:

@@ -13,9 +13,12 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_safemanip.errors import RolloutError
 from pytest_safemanip.trace.steps import Step
 
 Action = NDArray[np.float64]
+MOST_OPEN = 100
+"""Trials within one another: the simulator puts its state aside for each."""
 
 
 @runtime_checkable
@@ -44,7 +47,8 @@ class Rehearses(Protocol):
 
 @dataclass
 class Rehearsal:
-    """What a policy is given of a backend that rehearses.
+    """What a policy is given of a backend that rehearses. Each trial is to be undone or kept before
+    the policy acts: the rollout goes on from where it was.
 
     Attributes:
         backend: the backend.
@@ -53,6 +57,7 @@ class Rehearsal:
         horizon: control steps of the episode.
         patient: whether the rollout goes on after success.
         told: is told how many steps were rehearsed, when a trial begins and at each of them.
+        open: how many trials have begun and not ended.
     """
 
     backend: Rehearses
@@ -61,26 +66,63 @@ class Rehearsal:
     horizon: int
     patient: bool
     told: Callable[[int], None] = lambda steps: None
+    open: int = field(default=0, init=False)
     _rehearsed: int = field(default=0, init=False)
 
     def begin(self) -> None:
-        """See :meth:`Rehearses.begin_trial`."""
+        """See :meth:`Rehearses.begin_trial`.
+
+        Raises:
+            RolloutError: if too many are open.
+        """
+        if self.open >= MOST_OPEN:
+            raise RolloutError(
+                f"the policy rehearses in {MOST_OPEN} trials within one another: 'undo' or 'keep' "
+                "each before more begin"
+            )
         self.told(self._rehearsed)
         self.backend.begin_trial()
+        self.open += 1
 
     def step(self, action: Action) -> Step:
-        """The state that an action leads to."""
+        """The state that an action (A,) leads to.
+
+        Raises:
+            RolloutError: if it is none.
+        """
+        asked = np.asarray(action)
+        if asked.shape != self.low.shape or asked.dtype.kind not in "fiu":
+            raise RolloutError(
+                f"the policy rehearses an action of shape {asked.shape} and type {asked.dtype}, "
+                f"expected numbers of shape {self.low.shape}"
+            )
+        if not np.isfinite(asked).all():
+            raise RolloutError(
+                f"the policy rehearses an action whose entry {int(np.argmin(np.isfinite(asked)))} "
+                "is not finite"
+            )
         self._rehearsed += 1
         self.told(self._rehearsed)
-        return self.backend.step(np.clip(action, self.low, self.high))
+        return self.backend.step(np.clip(asked, self.low, self.high))
 
     def undo(self) -> None:
-        """See :meth:`Rehearses.undo_trial`."""
+        """See :meth:`Rehearses.undo_trial`.
+
+        Raises:
+            RolloutError: if none is open; likewise :meth:`keep`.
+        """
+        self._close()
         self.backend.undo_trial()
 
     def keep(self) -> None:
         """See :meth:`Rehearses.keep_trial`."""
+        self._close()
         self.backend.keep_trial()
+
+    def _close(self) -> None:
+        if not self.open:
+            raise RolloutError("the policy ends a trial, and none has begun: call 'begin' first")
+        self.open -= 1
 
 
 @dataclass

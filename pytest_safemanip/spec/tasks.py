@@ -379,9 +379,13 @@ def _pairs(
     found = []
     for text in _strings(section, key):
         match = pattern.fullmatch(text)
-        known = match and match[1] in firsts and (seconds is None or match[2] in seconds)
-        if not match or not known or match[1] == match[2]:
+        if not match or match[1] == match[2]:
             raise section.error(key, f"expected '{form}', found {text!r}")
+        if match[1] not in firsts:
+            raise section.error(key, f"{text!r}: {match[1]!r} is none of the task's objects")
+        if seconds is not None and match[2] not in seconds:
+            hint = did_you_mean(match[2], seconds)
+            raise section.error(key, f"{text!r}: {match[2]!r} is not under 'enclosures'; {hint}")
         found.append((match[1], match[2]))
     return tuple(found)
 

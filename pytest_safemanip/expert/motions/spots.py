@@ -120,7 +120,12 @@ def inside(
         fixture: the fixture.
         spaces: numbers of its interiors, the lowest is 0; empty for any.
         onto: what is put down on it then.
+
+    Raises:
+        SkillFailed: if it has no interior.
     """
+    if not fixture.interiors():
+        raise SkillFailed(f"{fixture.entity} has no inside; on it things are placed with 'on'")
     as_is = np.max([np.ptp(t.corners @ arm.frame, axis=0) / 2.0 for t in (thing, *onto)], axis=0)
     narrow, wide = (np.max([t.sides()[k][1] for t in (thing, *onto)]) / 2.0 for k in (0, 1))
     # It may be turned straight there.

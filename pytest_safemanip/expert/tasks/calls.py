@@ -33,6 +33,17 @@ class Call:
     place: str = field(default="plan", compare=False, repr=False)
 
 
+def either(call: Call) -> list[tuple[str, ...]]:
+    """The roles of a call; those with ``or`` between them, of which one is enough, together."""
+    found = [call.roles[:1]]
+    words = call.skill.split()[1:]
+    if "or" not in words:
+        return [(role,) for role in call.roles]
+    for word, role in zip(words, call.roles[1:], strict=True):
+        found[-1:] = [(*found[-1], role)] if word == "or" else [found[-1], (role,)]
+    return found
+
+
 def read(text: str) -> Call:
     """Take roles and name of the skill apart."""
     words = iter(text.split())

@@ -106,10 +106,11 @@ def placing(name: str) -> Callable[..., Motion]:
 def place_alike(
     arm: Arm, role: str, target_role: str, other_role: str, another_role: str
 ) -> Motion:
-    """Put a held object down beside another one if that is of its kind, else beside a third."""
-    entity, roles = arm.scene.entity, arm.scene.roles
-    alike = entity[roles[role]].category == entity[roles[other_role]].category
-    beside = other_role if alike else another_role
+    """Put a held object down beside one of its kind of two others, or beside the second."""
+    roles = arm.scene.roles
+    kinds = {role: arm.scene.entity[entity].category for role, entity in roles.items()}
+    there = [other for other in (other_role, another_role) if other in roles]
+    beside = next((other for other in there if kinds[other] == kinds[role]), there[-1])
     yield from place(arm, role, lambda: on(arm, role, target_role, beside))
 
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
-from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.errors import ConfigError, RolloutError, did_you_mean
 from pytest_safemanip.expert.robot.arm import Arm, Motion, Plan, SkillFailed
-from pytest_safemanip.expert.tasks.calls import Call
+from pytest_safemanip.expert.tasks.calls import Call, either
 from pytest_safemanip.expert.tasks.search import Search
-from pytest_safemanip.expert.tasks.skills import SKILLS, parse
+from pytest_safemanip.expert.tasks.skills import HELD, SKILLS, parse
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.spec.yamlfile import Section, Texts
 from pytest_safemanip.spec.yamlfile import load as load_yaml
@@ -64,7 +64,25 @@ def _plan(texts: Texts, place: str) -> tuple[Entry, ...]:
     entries = tuple(_entry(entry, place) for entry in texts)
     if (number := len(calls_of(entries))) > MOST_SKILLS:
         raise _NoPlan(f"{number} skills; a search for a way to do them takes {MOST_SKILLS} at most")
+    _check_held(entries)
     return entries
+
+
+def _check_held(entries: Iterable[Entry]) -> None:
+    """Refuse calls about what is in the hand that no call before them has grasped.
+
+    Raises:
+        _NoPlan: if there is one.
+    """
+    grasped = set[str]()
+    for call in calls_of(entries):
+        if call.skill.startswith("grasp"):
+            grasped.update(call.roles)
+        if len({*call.roles}) < len(call.roles):
+            raise _NoPlan(f"{call.text!r}: its roles are to differ")
+        held = call.roles[HELD[call.skill]] if call.skill in HELD else ""
+        if held and held not in grasped:
+            raise _NoPlan(f"{call.text!r}: {held} is not in the hand; 'grasp {held}' comes before")
 
 
 def _entry(entry: Texts, place: str) -> Entry:
@@ -133,12 +151,12 @@ def _perform(arm: Arm, call: Call) -> Motion:
     """The motion of a call.
 
     Raises:
-        ConfigError: if a role is a fixture where an object is wanted, or the other way round.
+        RolloutError: if a role is a fixture where an object is wanted, or the other way round.
     """
     try:
         yield from SKILLS[call.skill](arm, *call.roles)
     except ConfigError as error:
-        raise ConfigError(f"{call.place}: {call.text!r}: {error}") from None
+        raise RolloutError(f"{call.place}: {call.text!r}: {error}") from None
 
 
 def _check_roles(arm: Arm, entries: tuple[Entry, ...]) -> None:
@@ -146,23 +164,24 @@ def _check_roles(arm: Arm, entries: tuple[Entry, ...]) -> None:
     enough; so it is of several objects that something is done with, for episodes leave some out.
 
     Raises:
-        ConfigError: if there is one.
+        RolloutError: if there is one. Other tasks of the file go on.
     """
     roles = arm.scene.roles
     for entry in entries:
         if isinstance(entry, Mapping) and not roles.keys() & entry.keys():
             named, hint = ", ".join(entry), did_you_mean(next(iter(entry)), roles)
             place = calls_of([entry])[0].place
-            raise ConfigError(f"{place}: the task has none of the roles {named}; {hint}")
+            raise RolloutError(f"{place}: the task has none of the roles {named}; {hint}")
+        there = entry
         if isinstance(entry, Mapping):
-            continue
-        for call in calls_of([entry]):
-            missing = [role for role in call.roles if role not in roles]
-            if missing and "or" not in call.skill.split():
-                hint = did_you_mean(missing[0], roles)
-                raise ConfigError(
-                    f"{call.place}: {call.text!r}: the task has no role {missing[0]!r}; {hint}"
-                )
+            there = {role: calls for role, calls in entry.items() if role in roles}
+        for call in calls_of([there]):
+            for some in either(call):
+                if not roles.keys() & {*some}:
+                    named, hint = " or ".join(map(repr, some)), did_you_mean(some[0], roles)
+                    raise RolloutError(
+                        f"{call.place}: {call.text!r}: the task has no role {named}; {hint}"
+                    )
 
 
 def ways_on(arm: Arm, entry: Errands | Alternatives) -> list[tuple[Entry, ...]]:

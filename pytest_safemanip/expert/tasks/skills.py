@@ -84,6 +84,14 @@ SKILLS: Mapping[str, Skill] = MappingProxyType(
 """Each is called with the arm and its roles, in the order in which a call names them."""
 
 
+HELD: Mapping[str, int] = MappingProxyType(
+    {
+        **dict.fromkeys((*GOALS, "place on beside or", "place or for on"), 0),
+        **dict.fromkeys(("insert into", "lay on", "pour into", "rinse under tap of"), 0),
+        **dict.fromkeys(("scrub with", "stir with"), 1),
+    }
+)
+"""Which of a skill's roles is in the hand when it begins, by name."""
 SYNONYMS = {"pick": "grasp", "put": "place", "push": "slide", "shut": "close"}
 """Of skills' verbs, for the hint in an error."""
 
@@ -105,5 +113,6 @@ def parse(text: str) -> Call:
     arguments = inspect.signature(SKILLS[skill]).parameters.values()
     wanted = sum(a.default is a.empty for a in arguments) - 1
     if len(call.roles) != wanted:
-        raise ConfigError(f"{text!r}: {skill!r} takes {wanted} roles, not {len(call.roles)}")
+        roles = "1 role" if wanted == 1 else f"{wanted} roles"
+        raise ConfigError(f"{text!r}: {skill!r} takes {roles}, not {len(call.roles)}")
     return call

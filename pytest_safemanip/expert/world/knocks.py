@@ -71,6 +71,7 @@ class Watch:
         self._hand = self._robot & self._flags(lambda part: part.name in hand.parts)
         self._object = self._flags(lambda part: part.entity in scene.object_index)
         self._touchable = self._flags(lambda part: part.entity in self._meant)
+        self._permitted = allowed is not None
         self._supports = supports(arm)
         if allowed is not None:
             touch = {
@@ -95,7 +96,9 @@ class Watch:
             if self._more(one, other, force) and self._bad(one, other, force, held):
                 mine, its = self._parts[one], self._parts[other]
                 who = mine.name if mine.entity == ROBOT else mine.entity
-                return f"{who} presses on {its.entity}'s {its.name} with {force:.0f} N"
+                said = f"{who} presses on {its.entity}'s {its.name} with {force:.0f} N"
+                stray = self._permitted and self._hand[one] and not self._touchable[other]
+                return said + ", which is not under the task's 'touch'" * bool(stray)
         return ""
 
     def left(self, step: Step) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import ConfigError, RolloutError
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
 from pytest_safemanip.expert.tasks.calls import Call
 from pytest_safemanip.expert.tasks.plans import CALLS, EXPERT, plan_of, read, ways_on
@@ -47,7 +47,7 @@ def test_a_skill_is_its_verb_with_places_and_ways_and_roles_stand_between(text, 
         ("grasp obj by ent", "unknown skill 'grasp by ent' in 'grasp obj by ent'; "),
         ("grasp obj by ent", "did you mean 'grasp by end'"),
         ("grasp obj by", "unknown skill 'grasp by '"),
-        ("grasp", "'grasp': 'grasp' takes 1 roles, not 0"),
+        ("grasp", "'grasp': 'grasp' takes 1 role, not 0"),
         ("grasp of cab", "unknown skill 'grasp  of' in"),
         ("", "unknown skill ''"),
     ],
@@ -71,6 +71,12 @@ def test_what_is_no_skill_is_refused(text, message):
         ("mine: [3]", "key 'mine': expected text (in quotes"),
         (f"mine: [{', '.join(['grasp obj'] * 61)}]", "key 'mine': 61 skills; a search for a way"),
         ("", "plans.yaml:1: the file is empty"),
+        (
+            "mine: [place obj in cab]",
+            "'mine': 'place obj in cab': obj is not in the hand; 'grasp",
+        ),
+        ("mine: [grasp pot, scrub pot with obj]", "obj is not in the hand; 'grasp obj' comes"),
+        ("mine: [grasp obj, place obj on obj]", "'place obj on obj': its roles are to differ"),
     ],
 )
 def test_what_is_no_plan_is_refused_with_its_line(text, message):
@@ -113,12 +119,21 @@ def begin(entry):
             "{obk: [grasp obk], obl: [grasp obl]}",
             "plans.yaml:1: the task has none of the roles obk, obl; did you mean 'obj'",
         ),
+        (
+            "{obj: [grasp obj, place obj in cabb], pot: [grasp pan]}",
+            "plans.yaml:1: 'place obj in cabb': the task has no role 'cabb'; did you mean 'cab'",
+        ),
+        (
+            "grasp knife or peeler for obj",
+            "plans.yaml:1: 'grasp knife or peeler for obj': the task has no role 'knife' or 'peel",
+        ),
+        ("grasp obj or peeler for food", "the task has no role 'food'"),
         ("grasp cab", "plans.yaml:1: 'grasp cab': cab is a fixture, and an object is wanted there"),
         ("open obj", "'open obj': obj is an object, and a fixture is wanted there"),
     ],
 )
 def test_a_role_that_the_task_has_not_or_of_the_wrong_kind_is_refused(entry, message):
-    with pytest.raises(ConfigError) as caught:
+    with pytest.raises(RolloutError) as caught:
         begin(entry)
     assert message in str(caught.value)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +16,11 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, precondition, rule
 
 from pytest_safemanip.errors import RolloutError
+from pytest_safemanip.policies.base import Observation
+from pytest_safemanip.rollouts.loop import Job, Protocol, run
 from pytest_safemanip.sim.backend import Backend, Provenance, Request
 from pytest_safemanip.sim.process import ProcessBackend
-from pytest_safemanip.sim.rehearsal import Rehearsal, Rehearses, Trials
+from pytest_safemanip.sim.rehearsal import MOST_OPEN, Rehearsal, Rehearses, Trials
 from tests.sim.process import children
 from tests.toy import SPEC
 
@@ -183,3 +185,52 @@ def test_what_is_outside_the_limits_is_clipped_as_in_a_rollout(child: ProcessBac
     wild = rehearsal.step(np.full(12, 50.0))
     rehearsal.keep()
     assert child.step(np.clip(np.full(12, 50.0), robot.low, robot.high)) is wild
+
+
+class Rehearsing:
+    """A policy that does something with its rehearsal before it holds still."""
+
+    def __init__(self, does: Callable[[Rehearsal], object]) -> None:
+        self.does = does
+
+    def act(self, observation: Observation) -> Any:
+        assert observation.rehearsal is not None
+        self.does(observation.rehearsal)
+        return np.zeros(12)
+
+
+def trial_with(action: Any) -> Callable[[Rehearsal], object]:
+    """A trial of one action, taken back."""
+
+    def does(rehearsal: Rehearsal) -> None:
+        rehearsal.begin()
+        rehearsal.step(action)
+        rehearsal.undo()
+
+    return does
+
+
+@pytest.mark.parametrize(
+    ("does", "message"),
+    [
+        (
+            lambda r: r.begin(),
+            "policy 'mine', step 0: it acts while it rehearses: 'undo' or",
+        ),
+        (lambda r: r.keep(), "the policy ends a trial, and none has begun: call 'begin' first"),
+        (lambda r: [r.begin() for _ in range(MOST_OPEN + 1)], f"in {MOST_OPEN} trials within one"),
+        (trial_with(np.zeros(3)), "an action of shape (3,) and type float64, expected numbers of"),
+        (trial_with(np.zeros((4, 12))), "an action of shape (4, 12)"),
+        (trial_with(np.full(12, np.nan)), "an action whose entry 0 is not finite"),
+        (trial_with(["up"] * 12), "expected numbers of shape (12,)"),
+    ],
+    ids=["left open", "none", "too many", "short", "chunk", "hole", "text"],
+)
+def test_what_a_policy_does_wrong_in_a_trial_is_its_error_and_no_verdict(
+    child: ProcessBackend, does: Callable[[Rehearsal], object], message: str
+) -> None:
+    job = Job("Task", "mine", Request("Task", 0, "compact"), Protocol(), {})
+    with pytest.raises(RolloutError) as caught:
+        run(job, child, Rehearsing(does))
+    assert message in str(caught.value)
+    assert not caught.value.infrastructure

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import atexit
 import contextlib
 import copy
 import functools
-import tempfile
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -297,9 +295,7 @@ def _let_read(layout: dict[str, Any]) -> None:
 
 @functools.cache
 def _written(text: str) -> str:
-    """A file with this text, until the process ends."""
-    folder = tempfile.TemporaryDirectory(prefix="safemanip-layout-")
-    atexit.register(folder.cleanup)
-    path = Path(folder.name) / "layout.yaml"
-    path.write_text(text)
-    return str(path)
+    """A file with this text, in memory: nothing is left of it, however the process ends."""
+    file = os.memfd_create("layout.yaml")
+    os.write(file, text.encode())
+    return f"/proc/self/fd/{file}"
