@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
+import zipfile
 from pathlib import Path
 
 import numpy as np
 from features import GRIPPER, MODE, Features, Floats, scaled
 
+from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.expert.robot.base import (
     BASE_DEAD_BAND,
     TURN_DEAD_BAND,
@@ -18,6 +21,8 @@ from pytest_safemanip.policies.base import EpisodeInfo, Observation
 
 FOLDER = Path(__file__).parent / "checkpoints"
 NETWORKS = ("arm", "base", "switch")
+SAVED = ("middle", "spread", "longest")
+"""Beside its networks, of each task."""
 SHORTEST = 6
 """Control steps between two switches of fingers or mode: the expert hardly makes one sooner."""
 
@@ -40,14 +45,26 @@ class Cloned:
 
     Attributes:
         done: whether it has acted for longer than any demonstration by a third.
+
+    Raises:
+        ConfigError: if there is no such checkpoint, or the file is none.
     """
 
     def __init__(self, checkpoint: str) -> None:
         path = FOLDER / f"{checkpoint}.npz"
+        if not path.is_file():
+            there = ", ".join(sorted(other.stem for other in FOLDER.glob("*.npz")))
+            raise ConfigError(f"{path} is not there; checkpoints: {there or 'none, see train.py'}")
         self.fingerprint = hashlib.sha256(path.read_bytes()).hexdigest()
-        with np.load(path, allow_pickle=False) as arrays:
-            self._arrays = dict(arrays)
+        try:
+            with zipfile.ZipFile(path), np.load(path, allow_pickle=False) as arrays:
+                self._arrays = dict(arrays)
+        except (OSError, ValueError, zipfile.BadZipFile) as error:
+            raise ConfigError(f"{path} is no checkpoint: {error}; train again") from error
         self.tasks = tuple(sorted({key.partition("/")[0] for key in self._arrays}))
+        for task, name in itertools.product(self.tasks, SAVED):
+            if f"{task}/{name}" not in self._arrays:
+                raise ConfigError(f"{path} has no {task}/{name}; train again")
         self.done = False
 
     def reset(self, episode: EpisodeInfo) -> None:

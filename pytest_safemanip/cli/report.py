@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 from pytest_safemanip.cli.folder import read_folder
@@ -17,7 +18,7 @@ from pytest_safemanip.metrics.merging import merge
 from pytest_safemanip.metrics.release_gate import INFRASTRUCTURE, PARTIAL, ReleaseGate, Ruling
 from pytest_safemanip.metrics.selection import FILTERS
 from pytest_safemanip.metrics.shards import missing_line
-from pytest_safemanip.metrics.summaries import Summary, read
+from pytest_safemanip.metrics.summaries import Summary, later_part, read
 from pytest_safemanip.report import document
 from pytest_safemanip.report.ci.reading import as_run
 from pytest_safemanip.report.headline import headline
@@ -103,9 +104,10 @@ def run(options: argparse.Namespace) -> int:
 
         lines = _decided(found, given, told, options.allow_standins)
         page = write_page(options.runs[0], read_folder().definitions, given, lines.append)
-        print("\n".join([*lines, str(page)]))
+        print("\n".join([*lines, *_later(options.runs), str(page)]))
     else:
-        print("\n".join(_lines(found, given, told, options.allow_standins)))
+        lines = _lines(found, given, told, options.allow_standins)
+        print("\n".join([*lines, *_later(options.runs)]))
     fails, standins = options.inconclusive == "fail", options.allow_standins
     status = 0
     if given:
@@ -125,6 +127,12 @@ def _lines(found: Summary, given: Ruling | None, told: Fields | None, standins: 
     lines += [gone] if gone else []
     lines += [f"not all of the run: {PARTIAL}"] if found.partial else []
     return [*lines, "", *_decided(found, given, told, standins)]
+
+
+def _later(runs: Sequence[Path]) -> list[str]:
+    """That some of the cases were run again since."""
+    parts = filter(None, map(later_part, runs))
+    return [f"run later, a part of the cases: safemanip report {part}" for part in parts]
 
 
 def _decided(

@@ -173,6 +173,13 @@ def place_for(folder: Path, partial: bool) -> Path:
     return file if earlier.partial else folder / PARTIAL_NAME
 
 
+def later_part(folder: Path) -> Path | None:
+    """The summary of a part of a run in a folder, if it is of a later run than the whole one."""
+    whole, part = folder / NAME, folder / PARTIAL_NAME
+    both = whole.exists() and part.exists()
+    return part if both and part.stat().st_mtime_ns > whole.stat().st_mtime_ns else None
+
+
 def decisive_of(settings: Mapping[str, Any], hashes: Mapping[str, Any]) -> dict[str, Any]:
     """The values in a summary that decide verdicts, by dotted name."""
     chosen = {name: settings.get(name) for name in DECISIVE_SETTINGS}

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import shutil
 
 from tests.report.page.conftest import run_folder as run_folder
 
@@ -41,6 +43,18 @@ def test_recordings_that_cannot_be_read_are_told_in_the_terminal(safemanip, run_
     lines = safemanip("report", "out", "--html").out.splitlines()
     gone = "report.html: 3 recordings cannot be read: what the summary says is shown instead"
     assert gone in lines
+
+
+def test_that_a_part_of_the_cases_was_run_since_is_told(safemanip, run_folder, tmp_path):
+    run_folder.copy(tmp_path / "out")
+    whole, part = (tmp_path / "out" / name for name in ("summary.json", "summary-partial.json"))
+    shutil.copy(whole, part)
+    for later, told in ((1, True), (-1, False)):
+        at = whole.stat().st_mtime + later
+        os.utime(part, (at, at))
+        lines = safemanip("report", "out").out.splitlines()
+        line = "run later, a part of the cases: safemanip report out/summary-partial.json"
+        assert (line in lines) == told
 
 
 def test_several_runs_are_not_one_page(safemanip, run_folder):

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from pytest_safemanip.errors import ConfigError
 from pytest_safemanip.policies.registry import resolve
 from tests import toy
 
@@ -85,3 +86,16 @@ def test_another_checkpoint_is_another_policy(clone, tmp_path, monkeypatch):
     assert resolve("cloned:epoch_1", {"cloned": clone.make().policy.__class__}).fingerprint != (
         clone.fingerprint
     )
+
+
+def test_what_is_no_checkpoint_is_refused_with_those_that_are_there(clone, tmp_path):
+    made = type(clone.make().policy)
+    with pytest.raises(ConfigError, match=r"epoch_2\.npz is not there; checkpoints: epoch_1$"):
+        made("epoch_2")
+    for content in (b"", b"text", (tmp_path / "epoch_1.npz").read_bytes()[:900]):
+        (tmp_path / "epoch_3.npz").write_bytes(content)
+        with pytest.raises(ConfigError, match=r"epoch_3\.npz is no checkpoint: .*; train again"):
+            made("epoch_3")
+    np.savez(tmp_path / "epoch_4.npz", **{"Lift/middle": np.zeros(3)})
+    with pytest.raises(ConfigError, match="has no Lift/spread; train again"):
+        made("epoch_4")

@@ -48,8 +48,16 @@ def open_all(arm: Arm, role: str) -> Motion:
         SkillFailed: if one does not open; likewise the others here if something does not move.
     """
     fixture = Furniture(arm, role)
-    for joint in fixture.doors():
+    for joint in _openings(fixture):
         yield from open_joint(arm, fixture, joint)
+
+
+def _openings(fixture: Furniture) -> list[Joint]:
+    """Doors and drawers of a fixture; none of shelves, which are open."""
+    doors = fixture.doors()
+    if not doors and not fixture.interiors():
+        raise SkillFailed(f"{fixture.entity} has no door")
+    return doors
 
 
 def open_joint(arm: Arm, fixture: Furniture, joint: Joint) -> Motion:
@@ -76,7 +84,7 @@ def _before(arm: Arm, joint: Joint, point: Array) -> bool:
 def close_all(arm: Arm, role: str) -> Motion:
     """Close each door or drawer of a fixture that is open, one after the other."""
     fixture = Furniture(arm, role)
-    for joint in fixture.doors():
+    for joint in _openings(fixture):
         yield from move_joint(arm, fixture, joint, 0.0, SHUT)
 
 

@@ -98,9 +98,9 @@ def test_a_file_of_plans_goes_before_the_shipped_ones(tmp_path):
         Scripted("mine.txt")
 
 
-def begin(entry):
+def begin(entry, cab="cabinet"):
     """Begin a plan of one entry, in a world of a mug and a cabinet."""
-    scene = dataclasses.replace(toy.SCENE, roles={"obj": "mug", "cab": "cabinet"})
+    scene = dataclasses.replace(toy.SCENE, roles={"obj": "mug", "cab": cab})
     next(plan_of(read(f"mine: [{entry}]")["mine"])(Arm(scene, toy.at_rest())))
 
 
@@ -153,6 +153,12 @@ def test_a_role_that_the_task_has_not_or_of_the_wrong_kind_is_refused(entry, mes
 def test_a_fixture_without_the_part_that_is_moved_ends_the_plan_with_that(call, missing):
     with pytest.raises(SkillFailed, match=f"cabinet has no {missing}"):
         begin(call)
+
+
+@pytest.mark.parametrize("call", ["open cab", "close cab"])
+def test_what_has_neither_door_nor_inside_is_not_opened(call):
+    with pytest.raises(SkillFailed, match="counter has no door"):
+        begin(call, "counter")
 
 
 def test_the_page_about_the_expert_has_a_call_of_every_skill():
