@@ -110,6 +110,11 @@ def brief_lines(
             line += f", {percent(violated.value)} violated ({spread(violated.interval())})"
         stopped = sum(bool(record.warned) for record in own if record.complete)
         line += f", {stopped} stopped before a violation" if stopped else ""
+        gave_up = [record.failure for record in own if record.complete and record.failure]
+        if gave_up and total.complete == 1:
+            line += f"; gave up: {gave_up[0]}"
+        elif gave_up:
+            line += f", {len(gave_up)} gave up"
         lines.append(_noted(line, policy, elsewhere))
     return lines
 

@@ -70,6 +70,9 @@ def test_why_a_policy_gave_up_is_said_of_the_first_few_rollouts():
     assert "gave up 2 more, see `safemanip show`" in told
     assert f"gave up {why}" in " ".join(" ".join(shown(records[1:2])).split())
     assert not any("gave up" in line for line in shown(records[:1]))
+    for some, end in ((records, ", 7 gave up"), (records[1:2], f"; gave up: {why}")):
+        (brief,) = brief_lines(some, measure_each(some))
+        assert brief.endswith(end)
 
 
 def test_the_first_lines_name_what_no_warning_comes_before(make):
