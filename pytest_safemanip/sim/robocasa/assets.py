@@ -32,6 +32,8 @@ Mode = Literal["auto", "official", "primitive"]
 COMPLETE = "overlay.json"
 """Lies in every finished overlay and in no other."""
 
+FOLDERS = ("arenas", "fixtures", "objects", "scenes", "textures")
+"""What is in RoboCasa's folder of assets, if not everything."""
 PATIENCE = 120.0
 """Seconds to wait for another process that builds the same."""
 
@@ -148,6 +150,11 @@ def _models_folder(package_root: Path) -> Path:
         raise ConfigError(
             f"RoboCasa's assets folder {package_root} is not a folder; check ROBOCASA_ASSETS_PATH "
             "or reinstall RoboCasa"
+        )
+    if any(package_root.iterdir()) and not any((package_root / name).is_dir() for name in FOLDERS):
+        raise ConfigError(
+            f"{package_root} is no folder of RoboCasa's assets: none of {', '.join(FOLDERS)} is in "
+            "it; check ROBOCASA_ASSETS_PATH"
         )
     if (package_root / COMPLETE).is_file():
         raise ConfigError(

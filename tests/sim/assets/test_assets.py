@@ -422,6 +422,12 @@ def test_a_path_that_robocasa_would_cut_is_refused(package: Path, tmp_path: Path
         prepare_assets(package, "auto", tmp_path / "textures")
 
 
+def test_a_folder_of_something_else_is_refused(tmp_path: Path, cache: Path) -> None:
+    (tmp_path / "modules.conf").write_text("")
+    with pytest.raises(ConfigError, match=r"none of arenas, .* check ROBOCASA_ASSETS_PATH"):
+        prepare_assets(tmp_path, "auto", cache)
+
+
 def test_an_overlay_is_not_taken_for_robocasas_own(package: Path, cache: Path) -> None:
     overlay = prepare_assets(package, "auto", cache).root
     with pytest.raises(ConfigError, match="unset ROBOCASA_ASSETS_PATH"):
