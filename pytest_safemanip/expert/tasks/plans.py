@@ -69,7 +69,8 @@ def _plan(texts: Texts, place: str) -> tuple[Entry, ...]:
 
 
 def _check_held(entries: Iterable[Entry]) -> None:
-    """Refuse calls about what is in the hand that no call before them has grasped.
+    """Refuse calls with a role twice, and those about what is in the hand that no call before them
+    has grasped.
 
     Raises:
         _NoPlan: if there is one.
