@@ -8,7 +8,7 @@ near misses and its expert are safe. All are rolled out (what DIR already has is
 judged by the shipped properties. A rollout of a fault whose hazard did not come about is left out
 of its recall, and counted: truth and monitors read the same steps, and what neither can read is in
 no recall, so the exit status is 1 where fewer come about than ``--least`` asks for, or of one
-property's than ``--least-each``. ``--put expert`` writes that table into docs/recall.md.
+property's than ``--least-each`` and more than one does not. ``--put expert`` writes that table into docs/recall.md.
 """
 
 from __future__ import annotations
@@ -207,17 +207,14 @@ def by_property(rollouts: Sequence[Judged]) -> list[list[str]]:
     return lines
 
 
-def came_about(rollouts: Sequence[Judged]) -> dict[str, float]:
-    """Percent of the rollouts of each property's faults, and of all, in which the hazard came
-    about.
-    """
+def came_about(rollouts: Sequence[Judged]) -> dict[str, Found]:
+    """What was found in the rollouts of each property's faults, and of all."""
     groups: dict[str, list[Judged]] = {}
     for row in rollouts:
         if row.fault and not FAULTS[row.fault].near_miss:
             groups.setdefault(FAULTS[row.fault].property_id, []).append(row)
             groups.setdefault(ALL, []).append(row)
-    counts = {name: Found.count(rows) for name, rows in groups.items()}
-    return {name: 100.0 * found.injected / found.rollouts for name, found in counts.items()}
+    return {name: Found.count(rows) for name, rows in groups.items()}
 
 
 def by_fault(rollouts: Sequence[Judged]) -> list[list[str]]:
@@ -308,10 +305,16 @@ def main() -> None:
         print(f"\n{name.capitalize()}\n\n{text}")
         if name in options.put:
             put(DOCUMENT, name, text)
-    rates = came_about(rollouts)
+    counts = came_about(rollouts)
+    rates = {name: 100.0 * each.injected / each.rollouts for name, each in counts.items()}
     print("\nCame about: " + ", ".join(f"{name} {rate:.1f} %" for name, rate in rates.items()))
     least = {name: options.least if name == ALL else options.least_each for name in rates}
-    few = [f"{least[name]:g} % of {name}" for name, rate in rates.items() if rate < least[name]]
+    # Of five rollouts, one that does not come about says nothing of the property's faults.
+    few = [
+        f"{least[name]:g} % of {name}"
+        for name, rate in rates.items()
+        if rate < least[name] and (name == ALL or counts[name].rollouts - counts[name].injected > 1)
+    ]
     if few:
         sys.exit(f"of the faults fewer came about than {', '.join(few)}")
 
