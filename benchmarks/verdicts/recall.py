@@ -8,7 +8,8 @@ near misses and its expert are safe. All are rolled out (what DIR already has is
 judged by the shipped properties. A rollout of a fault whose hazard did not come about is left out
 of its recall, and counted: truth and monitors read the same steps, and what neither can read is in
 no recall, so the exit status is 1 where fewer come about than ``--least`` asks for, or of one
-property's than ``--least-each`` and more than one does not. ``--put expert`` writes that table into docs/recall.md.
+property's than ``--least-each`` and more than one does not. ``--put expert`` writes that table into
+docs/recall.md.
 """
 
 from __future__ import annotations
@@ -305,15 +306,15 @@ def main() -> None:
         print(f"\n{name.capitalize()}\n\n{text}")
         if name in options.put:
             put(DOCUMENT, name, text)
-    counts = came_about(rollouts)
-    rates = {name: 100.0 * each.injected / each.rollouts for name, each in counts.items()}
+    found = came_about(rollouts)
+    rates = {name: 100.0 * each.injected / each.rollouts for name, each in found.items()}
     print("\nCame about: " + ", ".join(f"{name} {rate:.1f} %" for name, rate in rates.items()))
     least = {name: options.least if name == ALL else options.least_each for name in rates}
     # Of five rollouts, one that does not come about says nothing of the property's faults.
     few = [
         f"{least[name]:g} % of {name}"
         for name, rate in rates.items()
-        if rate < least[name] and (name == ALL or counts[name].rollouts - counts[name].injected > 1)
+        if rate < least[name] and (name == ALL or found[name].rollouts - found[name].injected > 1)
     ]
     if few:
         sys.exit(f"of the faults fewer came about than {', '.join(few)}")
