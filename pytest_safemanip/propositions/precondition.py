@@ -154,7 +154,7 @@ def _place(view: View, name: str, step: int) -> Iterator[Check]:
     permitted = below in view.binding.supports.get(name, frozenset())
     yield Check(permitted, f"{name} is let go above {below}, which is no permitted support")
     drop, limit = float(points[:, 2].min()) - height, p["pre_safe.drop"]
-    reason = f"{name} is let go {100 * drop:.0f} cm above {below} (at most {100 * limit:g} cm)"
+    reason = f"{name} is let go {100 * drop:.2g} cm above {below} (at most {100 * limit:g} cm)"
     yield Check(drop <= limit, reason, lambda: (limit - drop) / limit)
 
 
