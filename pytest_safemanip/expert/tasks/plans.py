@@ -19,6 +19,8 @@ from pytest_safemanip.spec.yamlfile import parse as parse_yaml
 
 MOST_SKILLS = 60
 """Skills of a plan: a search holds as many copies of the simulator."""
+LONGEST = 300
+"""Characters of a skill with its roles."""
 Errands = Mapping[str, tuple[Call, ...]]
 """Skills by the role of the object that they begin with; what stands nearest comes first."""
 Alternatives = tuple[tuple[Call, ...], ...]
@@ -103,6 +105,8 @@ def _skills(texts: Texts, place: str) -> tuple[Call, ...]:
 def _call(text: Texts, place: str) -> Call:
     if not isinstance(text, str):
         raise _NoPlan(f"expected a skill, found {text!r}; skills are nested once")
+    if len(text) > LONGEST:
+        raise _NoPlan(f"expected a skill, found {len(text)} characters")
     try:
         return replace(parse(text), place=place)
     except ConfigError as error:

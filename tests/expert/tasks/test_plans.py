@@ -68,6 +68,7 @@ def test_what_is_no_skill_is_refused(text, message):
         ("mine: [{obj: grasp obj}]", "key 'mine': expected a list of skills, found 'grasp obj'"),
         ("mine: [[[[grasp obj]]]]", "key 'mine': expected a skill, found ['grasp obj']; skills"),
         ("mine: [grasp obj]\nmine: [grasp obj]", "plans.yaml:2: key 'mine' is given twice"),
+        (f"mine: [grasp {'o' * 300}]", "key 'mine': expected a skill, found 306 characters"),
         ("mine: [3]", "key 'mine': expected text (in quotes"),
         (f"mine: [{', '.join(['grasp obj'] * 61)}]", "key 'mine': 61 skills; a search for a way"),
         ("", "plans.yaml:1: the file is empty"),
