@@ -275,9 +275,8 @@ def test_how_far_it_falls_is_measured_to_the_higher_of_two_fixtures(x, onto, dro
     )
     scene = dataclasses.replace(toy.SCENE, surfaces=pieces)
     found = placed((x, 0.0, TOP + drop + HALF), scene=scene)
-    assert found == (
-        (True, []) if drop < 0.05 else (False, [f"mug is let go 5.7 cm above {onto} (at most 5 cm)"])
-    )
+    too_high = [f"mug is let go 5.7 cm above {onto} (at most 5 cm)"]
+    assert found == ((True, []) if drop < 0.05 else (False, too_high))
 
 
 @pytest.mark.parametrize(
