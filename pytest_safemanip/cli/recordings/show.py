@@ -87,12 +87,18 @@ def _episode(recording: Recording) -> Iterator[str]:
 
 
 def _told(entry: object) -> str:
-    """A change or a disturbance, as the recording has it: anybody may have written it."""
+    """A change or a disturbance, as the recording has it, without what says nothing: anybody may
+    have written it.
+    """
     if not isinstance(entry, Mapping):
         return ascii(entry)
-    rest = (f"{key} {value}" for key, value in entry.items() if key != "kind")
+    rest = (f"{key} {value}" for key, value in entry.items() if key != "kind" and not _empty(value))
     text = f"{entry.get('kind', 'unknown')}: {', '.join(rest)}"
     return text if text.isprintable() else ascii(text)
+
+
+def _empty(value: object) -> bool:
+    return value is False or value == "" or (isinstance(value, list | tuple) and not any(value))
 
 
 def _rows(found: Evaluation) -> Iterator[tuple[str, str, str, str]]:
