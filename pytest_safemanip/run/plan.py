@@ -302,7 +302,7 @@ def _rollouts(
         for task in policy.tasks or ():
             if task not in defined.tasks:
                 hint = did_you_mean(task, defined.runnable, "safemanip tasks")
-                raise ConfigError(f"policy {name!r} is for an unknown task {task!r}; {hint}")
+                raise ConfigError(f"policy {name!r}: unknown task {task!r}; {hint}")
         can = [task for task in chosen if policy.tasks is None or task.simulated in policy.tasks]
         for one in can:
             _check_drawn(one, policy)

@@ -118,7 +118,7 @@ def test_a_text_behind_the_name_is_what_a_class_is_called_with(own: Suite) -> No
 @pytest.mark.parametrize(
     ("body", "line"),
     [
-        ("tasks = ['Reech']", "is for an unknown task 'Reech'; did you mean 'Reach'?"),
+        ("tasks = ['Reech']", "unknown task 'Reech'; did you mean 'Reach'?"),
         ("tasks = 'Reach'", "its 'tasks' are 'Reach', expected a list of names"),
         ("scenes = 'targets'", "unknown scenes 'targets'; did you mean 'target'?"),
         ("stepping = 'quick'", "unknown 'stepping' 'quick'; known: exact, fast"),
