@@ -77,8 +77,8 @@ stand on; and how far something may reach out of what it is to lie in, m.
 LEVEL, HIGHER_UP = 0.01, 0.03
 """What is no lower than what something is to stand on, and no higher than that, would be taken for
 what carries it, m."""
-FALLS = 0.04
-"""How far something may fall that is let go, m."""
+FALLS, OVERLAP = 0.04, 0.01
+"""How far something may fall that is let go, and how far what it falls onto reaches below it, m."""
 ALONG = 0.01
 """How far a vessel may rise when the hand leaves it, m."""
 INSIDE = 0.025
@@ -158,7 +158,9 @@ def place(
     vessel = Thing(arm, reach.pose.hollow) if reach.pose.hollow else None
     floors = [float(reach.pose.load[:, 2].min()) - reach.pose.over]
     if vessel is not None:
-        floors += [it.highest for it in contents(arm, vessel) if _below(it, thing)]
+        inside = [it for it in contents(arm, vessel) if it.entity != thing.entity]
+        below = (it for it in inside if footprints_overlap(thing.corners, it.corners, OVERLAP))
+        floors += [it.highest for it in below]
     fall, stood = thing.bottom - max(floors), vessel.bottom if vessel else 0.0
     # What hangs on a vessel's rim is not in it yet; what lies across something else would slip off.
     if fall > FALLS and not (vessel and carriers(arm, thing) - {vessel.entity}):
@@ -177,13 +179,6 @@ def place(
     elif attitudes not in (laid, dipped):
         check_stays(thing, reach, up)
         check_steady(arm, thing)
-
-
-def _below(other: Thing, thing: Thing) -> bool:
-    """Whether something falls onto another thing that lies in the same vessel."""
-    away = float(np.linalg.norm((other.centre - thing.centre)[:2]))
-    apart = (other.sides()[1][1] + thing.sides()[1][1]) / 2.0
-    return other.entity != thing.entity and away < apart
 
 
 def bring(arm: Arm, thing: Thing, spots: Spots, attitudes: Attitudes = standing) -> Bringing:
