@@ -266,9 +266,9 @@ def main() -> None:
     policies = options.policies.split(",")
     added = {"disturbed": Disturbed, **_hooked()}
     try:
-        tasks = select_tasks(definitions.runnable, options.tasks.split(","), "--tasks")
-        resolved = [resolve(name, added) for name in policies]
         if not options.judge:
+            tasks = select_tasks(definitions.runnable, options.tasks.split(","), "--tasks")
+            resolved = [resolve(name, added) for name in policies]
             runner = Runner(options.out, definitions)
             for policy, seed, task in product(resolved, options.seeds, tasks):
                 runner.run(policy, task.name, seed)

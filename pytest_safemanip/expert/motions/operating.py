@@ -53,11 +53,13 @@ def open_all(arm: Arm, role: str) -> Motion:
 
 
 def _openings(fixture: Furniture) -> list[Joint]:
-    """Doors and drawers of a fixture; none of shelves, which are open."""
+    """Doors and drawers of a fixture; none of shelves, which are open.
+
+    Raises:
+        SkillFailed: if it has neither them nor an inside.
+    """
     doors = fixture.doors()
-    if not doors and not fixture.interiors():
-        raise SkillFailed(f"{fixture.entity} has no door")
-    return doors
+    return doors if doors or fixture.interiors() else fixture.lacks("door")
 
 
 def open_joint(arm: Arm, fixture: Furniture, joint: Joint) -> Motion:

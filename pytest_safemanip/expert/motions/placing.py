@@ -158,8 +158,8 @@ def place(
     vessel = Thing(arm, reach.pose.hollow) if reach.pose.hollow else None
     floors = [float(reach.pose.load[:, 2].min()) - reach.pose.over]
     if vessel is not None:
-        inside = [it for it in contents(arm, vessel) if it.entity != thing.entity]
-        below = (it for it in inside if footprints_overlap(thing.corners, it.corners, OVERLAP))
+        others = (it for it in contents(arm, vessel) if it.entity != thing.entity)
+        below = (it for it in others if footprints_overlap(thing.corners, it.corners, OVERLAP))
         floors += [it.highest for it in below]
     fall, stood = thing.bottom - max(floors), vessel.bottom if vessel else 0.0
     # What hangs on a vessel's rim is not in it yet; what lies across something else would slip off.

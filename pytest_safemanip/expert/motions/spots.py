@@ -226,7 +226,7 @@ def on_burner(arm: Arm, thing: Thing, stove: Furniture) -> list[Spot]:
             cost = 3.0 * math.hypot(i, j) + 0.5 * arm.ahead(spot - arm.position) + 0.2 * aside
             found.append(Spot(spot, cost, f"{names[k]} {i:.2f} {j:.2f}"))
     if not found:
-        raise SkillFailed(f"{stove.entity} has no burner")
+        stove.lacks("burner")
     return found
 
 

@@ -246,7 +246,7 @@ class Furniture:
         """
         scene, key = self._arm.scene, f"{self.entity}/{part}"
         if key not in scene.joint_index:
-            self._lacks(part)
+            self.lacks(part)
         return scene.joints[scene.joint_index[key]]
 
     def only(self, part: str) -> Joint:
@@ -258,9 +258,14 @@ class Furniture:
         found = self.joints(part)
         if len(found) > 1:
             raise SkillFailed(f"{self.entity} has {len(found)} parts of the kind {_named(part)}")
-        return found[0] if found else self._lacks(part)
+        return found[0] if found else self.lacks(part)
 
-    def _lacks(self, part: str) -> NoReturn:
+    def lacks(self, part: str) -> NoReturn:
+        """Say that it has no such part.
+
+        Raises:
+            SkillFailed: always.
+        """
         raise SkillFailed(f"{self.entity} has no {_named(part)}")
 
     def joints(self, part: str = "") -> list[Joint]:
@@ -289,7 +294,7 @@ class Furniture:
         scene, poses = self._arm.scene, self._arm.step.box_pose
         burners = scene.boxes_of(self.entity, "burner")
         if not burners:
-            self._lacks("burner")
+            self.lacks("burner")
         nearest = min(burners, key=lambda k: float(np.linalg.norm(poses[k][:2] - point[:2])))
         name = scene.boxes[nearest].name
         (knob,) = [switch.joint for switch, _ in self._switches() if switch.name == name]
@@ -306,7 +311,7 @@ class Furniture:
         Raises:
             SkillFailed: if it has none.
         """
-        racks = self.joints(Part.RACK) or self._lacks(Part.RACK)
+        racks = self.joints(Part.RACK) or self.lacks(Part.RACK)
         return max(racks, key=lambda rack: rack.pose[2])
 
     def button(self, name: str) -> Joint:
