@@ -16,7 +16,7 @@ from pytest_safemanip.policies.base import EpisodeInfo, Observation, Permissions
 from pytest_safemanip.policies.prompts import PLACEHOLDER, render_prompt
 from pytest_safemanip.rollouts.disturbances.definition import Disturbance, to_plain
 from pytest_safemanip.rollouts.disturbances.together import Disturbed, seed_of_repeat
-from pytest_safemanip.sim.backend import ActionSpec, Backend, Request, RobotSpec
+from pytest_safemanip.sim.backend import Backend, Request, RobotSpec
 from pytest_safemanip.sim.clearance import Foresees, blind
 from pytest_safemanip.sim.codec import encode_request
 from pytest_safemanip.sim.rehearsal import Rehearsal, Rehearses
@@ -264,7 +264,7 @@ def _actions(
     foresee = backend.clearance if isinstance(backend, Foresees) else blind
     actions = info.robot.actions
     rehearsal = (
-        Rehearsal(backend, actions.low, actions.high, info.horizon, patient, rehearsed)
+        Rehearsal(backend, actions, info.horizon, patient, rehearsed)
         if isinstance(backend, Rehearses)
         else None
     )
@@ -281,28 +281,7 @@ def _actions(
                 f"{where}: it acts while it rehearses: 'undo' or 'keep' each trial that it begins "
                 f"({rehearsal.open} left open)"
             )
-        yield from _checked(answer, where, actions)
-
-
-def _checked(chunk: Any, where: str, spec: ActionSpec) -> NDArray[np.float64]:
-    """A policy's answer as a chunk (H, A) of finite actions."""
-    try:
-        actions = np.atleast_2d(np.asarray(chunk, np.float64))
-    except (TypeError, ValueError) as error:
-        raise RolloutError(f"{where}: the action is not an array ({error})") from error
-    if actions.ndim != 2 or actions.shape[1] != spec.size or len(actions) == 0:
-        raise RolloutError(
-            f"{where}: the action has shape {np.shape(chunk)}, expected ({spec.size},) or "
-            f"(H, {spec.size}): return all entries from {spec.entries[0].name} to "
-            f"{spec.entries[-1].name}, of one step or of H in a row"
-        )
-    bad = np.argwhere(~np.isfinite(actions))
-    if len(bad):
-        row, entry = bad[0]
-        raise RolloutError(
-            f"{where}: action[{row}, {entry}] ({spec.entries[entry].name}) is not finite"
-        )
-    return actions
+        yield from actions.chunk(answer, where)
 
 
 class _Stall:

@@ -11,7 +11,7 @@ from typing import Any, Literal, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.errors import ConfigError, RolloutError, did_you_mean
 from pytest_safemanip.sim.staging import Change
 from pytest_safemanip.trace.elements import ActionEntry, Gripper, Vector
 from pytest_safemanip.trace.scene import Scene
@@ -65,6 +65,34 @@ class ActionSpec:
         if self.random is not None:
             return self.random(random, step)
         return random.uniform(self.low, self.high)
+
+    def chunk(self, answer: Any, where: str) -> Action:
+        """What a policy asks for, as finite actions (H, A).
+
+        Args:
+            answer: one action (A,), or H in a row.
+            where: begins the message if it is none.
+
+        Raises:
+            RolloutError: if it has another shape, or an entry is not a finite number.
+        """
+        try:
+            actions = np.atleast_2d(np.asarray(answer, np.float64))
+        except (TypeError, ValueError) as error:
+            raise RolloutError(f"{where}: the action is not an array ({error})") from error
+        if actions.ndim != 2 or actions.shape[1] != self.size or len(actions) == 0:
+            raise RolloutError(
+                f"{where}: the action has shape {np.shape(answer)}, expected ({self.size},) or "
+                f"(H, {self.size}): return all entries from {self.entries[0].name} to "
+                f"{self.entries[-1].name}, of one step or of H in a row"
+            )
+        bad = np.argwhere(~np.isfinite(actions))
+        if len(bad):
+            row, entry = bad[0]
+            raise RolloutError(
+                f"{where}: action[{row}, {entry}] ({self.entries[entry].name}) is not finite"
+            )
+        return actions
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,11 @@ from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pytest_safemanip.errors import RolloutError
+from pytest_safemanip.sim.backend import Action, ActionSpec
 from pytest_safemanip.trace.steps import Step
 
-Action = NDArray[np.float64]
 MOST_OPEN = 100
 """Trials within one another: the simulator puts its state aside for each."""
 
@@ -52,8 +51,7 @@ class Rehearsal:
 
     Attributes:
         backend: the backend.
-        low: least values of an action (A,); what is outside is clipped, as in the rollout.
-        high: largest values (A,).
+        actions: the action space; what is outside is clipped, as in the rollout.
         horizon: control steps of the episode.
         patient: whether the rollout goes on after success.
         told: is told how many steps were rehearsed, when a trial begins and at each of them.
@@ -61,8 +59,7 @@ class Rehearsal:
     """
 
     backend: Rehearses
-    low: Action
-    high: Action
+    actions: ActionSpec
     horizon: int
     patient: bool
     told: Callable[[int], None] = lambda steps: None
@@ -88,22 +85,14 @@ class Rehearsal:
         """The state that an action (A,) leads to.
 
         Raises:
-            RolloutError: if it is none.
+            RolloutError: if it is none, or more than one.
         """
-        asked = np.asarray(action)
-        if asked.shape != self.low.shape or asked.dtype.kind not in "fiu":
-            raise RolloutError(
-                f"the policy rehearses an action of shape {asked.shape} and type {asked.dtype}, "
-                f"expected numbers of shape {self.low.shape}"
-            )
-        if not np.isfinite(asked).all():
-            raise RolloutError(
-                f"the policy rehearses an action whose entry {int(np.argmin(np.isfinite(asked)))} "
-                "is not finite"
-            )
+        asked = self.actions.chunk(action, "the policy rehearses")
+        if len(asked) > 1:
+            raise RolloutError(f"the policy rehearses {len(asked)} actions at once: one is a step")
         self._rehearsed += 1
         self.told(self._rehearsed)
-        return self.backend.step(np.clip(asked, self.low, self.high))
+        return self.backend.step(np.clip(asked[0], self.actions.low, self.actions.high))
 
     def undo(self) -> None:
         """See :meth:`Rehearses.undo_trial`.

@@ -13,6 +13,7 @@ from pytest_safemanip.expert.tasks import search as searching
 from pytest_safemanip.expert.tasks.calls import read
 from pytest_safemanip.expert.tasks.search import Search
 from pytest_safemanip.sim.rehearsal import Rehearsal, Trials
+from pytest_safemanip.sim.robocasa.robot import SPEC
 from tests import toy
 
 GAP, WALL, GOAL = 2.0, 3.0, 6.0
@@ -141,7 +142,7 @@ def play(*skills, horizon=100, patient=False, pushed=()):
     """
     world = World()
     arm = Arm(toy.SCENE, world.seen())
-    rehearsal = Rehearsal(world, np.full(12, -1.0), np.full(12, 1.0), horizon, patient)
+    rehearsal = Rehearsal(world, SPEC.robot.actions, horizon, patient)
     search = Search(arm, rehearsal, lambda entry: entry, lambda call: SKILLS[call.skill](arm))
     places, reason = [], ""
     try:

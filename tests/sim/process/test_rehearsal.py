@@ -153,8 +153,7 @@ def test_a_kitchen_is_what_it_was_before_a_trial_to_the_last_bit(backend: Backen
     plain = [backend.step(move) for move in moves]
 
     backend.reset(request)
-    robot = backend.spec.robot.actions
-    rehearsal = Rehearsal(backend, robot.low, robot.high, 100, False)
+    rehearsal = Rehearsal(backend, backend.spec.robot.actions, 100, False)
     seen = [backend.step(move) for move in moves[:5]]
     rehearsal.begin()
     for move in actions(20, seed=1):
@@ -180,7 +179,7 @@ def test_a_kitchen_is_what_it_was_before_a_trial_to_the_last_bit(backend: Backen
 def test_what_is_outside_the_limits_is_clipped_as_in_a_rollout(child: ProcessBackend) -> None:
     child.reset(Request("Task", 0, "compact"))
     robot = child.spec.robot.actions
-    rehearsal = Rehearsal(child, robot.low, robot.high, 100, False)
+    rehearsal = Rehearsal(child, robot, 100, False)
     rehearsal.begin()
     wild = rehearsal.step(np.full(12, 50.0))
     rehearsal.keep()
@@ -219,10 +218,10 @@ def trial_with(action: Any) -> Callable[[Rehearsal], object]:
         ),
         (lambda r: r.keep(), "the policy ends a trial, and none has begun: call 'begin' first"),
         (lambda r: [r.begin() for _ in range(MOST_OPEN + 1)], f"in {MOST_OPEN} trials within one"),
-        (trial_with(np.zeros(3)), "an action of shape (3,) and type float64, expected numbers of"),
-        (trial_with(np.zeros((4, 12))), "an action of shape (4, 12)"),
-        (trial_with(np.full(12, np.nan)), "an action whose entry 0 is not finite"),
-        (trial_with(["up"] * 12), "expected numbers of shape (12,)"),
+        (trial_with(np.zeros(3)), "rehearses: the action has shape (3,), expected (12,)"),
+        (trial_with(np.zeros((4, 12))), "the policy rehearses 4 actions at once"),
+        (trial_with(np.full(12, np.nan)), "action[0, 0] (end_effector_position_x) is not finite"),
+        (trial_with(["up"] * 12), "the action is not an array"),
     ],
     ids=["left open", "none", "too many", "short", "chunk", "hole", "text"],
 )
