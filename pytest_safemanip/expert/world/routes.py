@@ -61,9 +61,10 @@ def route(arm: Arm, thing: Thing | None, goal: Array) -> list[tuple[Array, float
     # The middle of the base stays where it is when that turns.
     middle = np.array((TURNS_ABOUT, 0.0))
     here, there = arm.level(arm.base) - middle, arm.level(goal) - middle
-    low, high = np.minimum(low, (here, there)).min(axis=0), np.maximum(high, (here, there)).max(0)
-    # The grid goes through the start; the goal's cell is the nearest one.
-    low = here - np.floor((here - low) / CELL) * CELL
+    low, high = np.minimum(low, here), np.maximum(high, (here, there)).max(axis=0)
+    # The grid goes through the start; the goal's cell is the nearest one, off the floor too.
+    off = np.minimum(np.ceil((low - here) / CELL), np.rint((there - here) / CELL))
+    low = here + CELL * off
     grid = _Grid(arm, thing, low, np.ceil((high - low) / CELL).astype(int) + 1)
     ends = [(0, int(c[0]), int(c[1])) for c in np.rint((np.stack((here, there)) - low) / CELL)]
     free = grid.free(0.0)[None]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
-from pytest_safemanip.expert.world.routes import CARRYING_BODY, TURNS_ABOUT, _Grid, route
+from pytest_safemanip.expert.world.routes import CARRYING_BODY, TURNS_ABOUT, _Grid, floor, route
 from pytest_safemanip.expert.world.standing import BASE_ROOM, BODY_REAR, rearmost
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.trace.elements import Entity, Surface
@@ -70,6 +70,17 @@ def test_a_wall_across_the_room_leaves_no_way():
     robot = arm(0.1, 3.2, 1.0)
     with pytest.raises(SkillFailed, match="no way"):
         route(robot, Thing(robot, "obj"), np.array(GOAL))
+
+
+@pytest.mark.parametrize("off", [0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
+def test_it_gets_to_a_goal_at_the_edge_of_the_floor(off):
+    robot = among()
+    back, aside = floor(robot)[0]
+    goal = np.array((back - off, aside + 0.3))
+    stops = [robot.base, *(place for place, _ in route(robot, Thing(robot, "obj"), goal))]
+    assert stops[-1] == pytest.approx(goal)
+    way = sum(float(np.abs(b - a).sum()) for a, b in pairwise(stops))
+    assert way < np.abs(goal - START).sum() + 0.1
 
 
 def test_where_it_is_too_long_to_go_sideways_it_turns_and_at_the_end_faces_as_before():
