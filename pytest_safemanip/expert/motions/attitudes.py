@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pytest_safemanip.expert.motions.handholds import UP, handle_way
-from pytest_safemanip.expert.robot.arm import Arm, SkillFailed
+from pytest_safemanip.expert.motions.handholds import UP, required_handle_way
+from pytest_safemanip.expert.robot.arm import Arm
 from pytest_safemanip.expert.robot.rotations import Array, about_z, upright
 from pytest_safemanip.expert.world.things import Thing
 from pytest_safemanip.trace.geometry import about, matrix
@@ -93,10 +93,7 @@ def handle_first(arm: Arm, thing: Thing) -> list[tuple[Array, float]]:
     Raises:
         SkillFailed: if it has none.
     """
-    way = handle_way(thing)
-    if way is None:
-        raise SkillFailed(f"{thing.entity} has no handle")
-    to_robot = -arm.bearing(-way)
+    to_robot = -arm.bearing(-required_handle_way(thing))
     right = righted(arm, thing)
     return [
         (about_z(to_robot + turn) @ right, 0.01 * abs(turn))

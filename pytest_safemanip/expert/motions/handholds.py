@@ -132,6 +132,18 @@ def handle_way(thing: Thing) -> Array | None:
     return None if length < HANDLE_SHARE * thing.sides()[0][1] else out / length
 
 
+def required_handle_way(thing: Thing) -> Array:
+    """Likewise.
+
+    Raises:
+        SkillFailed: if it has none.
+    """
+    way = handle_way(thing)
+    if way is None:
+        raise SkillFailed(f"{thing.entity} has no handle")
+    return way
+
+
 def body(thing: Thing) -> Handhold:
     """A whole thing, its handle left out."""
     at = thing.corners
@@ -168,9 +180,7 @@ def handle(thing: Thing) -> Handhold:
     Raises:
         SkillFailed: if it has none; likewise the other parts.
     """
-    way = handle_way(thing)
-    if way is None:
-        raise SkillFailed(f"{thing.entity} has no handle")
+    way = required_handle_way(thing)
     length = 2.0 * float(np.linalg.norm((thing.centre - thing.middle)[:2]))
     root = thing.middle + (thing.reach(way) - length / 2.0) * way
     middle = np.append((root + length / 2.0 * way)[:2], thing.highest - HANDLE_THICK / 2.0)
@@ -248,9 +258,7 @@ def wall(thing: Thing, turn: float) -> Handhold:
     Raises:
         SkillFailed: if it has no handle.
     """
-    way = handle_way(thing)
-    if way is None:
-        raise SkillFailed(f"{thing.entity} has no handle")
+    way = required_handle_way(thing)
     return _rim(thing, about_z(turn) @ way, thing.sides()[0][1])
 
 
