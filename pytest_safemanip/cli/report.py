@@ -79,7 +79,8 @@ def run(options: argparse.Namespace) -> int:
     """
     if options.html and (len(options.runs) != 1 or options.runs[0].is_file()):
         raise ConfigError(
-            "--html: name the folder of one run; safemanip merge makes one of several"
+            "--html: name one folder, for the page of all of its run; safemanip merge makes one "
+            "folder of several"
         )
     for path in options.runs:
         if not path.exists():
@@ -132,7 +133,7 @@ def _lines(found: Summary, given: Ruling | None, told: Fields | None, standins: 
 def _later(runs: Sequence[Path]) -> list[str]:
     """That some of the cases were run again since."""
     parts = filter(None, map(later_part, runs))
-    return [f"run later, a part of the cases: safemanip report {part}" for part in parts]
+    return [f"a part of the cases was run since then: safemanip report {part}" for part in parts]
 
 
 def _decided(

@@ -53,15 +53,13 @@ def test_that_a_part_of_the_cases_was_run_since_is_told(safemanip, run_folder, t
         at = whole.stat().st_mtime + later
         os.utime(part, (at, at))
         lines = safemanip("report", "out").out.splitlines()
-        line = "run later, a part of the cases: safemanip report out/summary-partial.json"
+        line = "a part of the cases was run since then: safemanip report out/summary-partial.json"
         assert (line in lines) == told
 
 
 def test_several_runs_are_not_one_page(safemanip, run_folder):
     refusal = safemanip("report", run_folder.path, run_folder.path, "--html").refusal
-    assert refusal.endswith(
-        "--html: name the folder of one run; safemanip merge makes one of several"
-    )
+    assert "--html: name one folder, for the page of all of its run; safemanip merge" in refusal
 
 
 def test_a_run_that_is_not_there_is_said_to_be_missing(safemanip):

@@ -144,7 +144,11 @@ def turn_to(
 
 
 def turn_off_burners(arm: Arm, role: str) -> Motion:
-    """Turn off each burner of a stove that is on."""
+    """Turn off each burner of a stove that is on.
+
+    Raises:
+        SkillFailed: if it has no burners, or one stays on.
+    """
     stove = Furniture(arm, role)
     for joint in stove.burning():
         yield from turn_to(arm, stove, joint, KNOB_OFF, KNOB_OFF, HOT)

@@ -212,7 +212,7 @@ def on_burner(arm: Arm, thing: Thing, stove: Furniture) -> list[Spot]:
     Raises:
         SkillFailed: if it has none.
     """
-    numbers = arm.scene.boxes_of(stove.entity, "burner")
+    numbers = stove.burners()
     names = {k: arm.scene.boxes[k].name.replace("_", " ") for k in numbers}
     named = [k for k in numbers if names[k] in arm.instruction]
     out = thing.centre - thing.middle
@@ -225,8 +225,6 @@ def on_burner(arm: Arm, thing: Thing, stove: Furniture) -> list[Spot]:
             aside = abs(arm.aside(spot) - arm.aside(thing.middle))
             cost = 3.0 * math.hypot(i, j) + 0.5 * arm.ahead(spot - arm.position) + 0.2 * aside
             found.append(Spot(spot, cost, f"{names[k]} {i:.2f} {j:.2f}"))
-    if not found:
-        stove.lacks("burner")
     return found
 
 

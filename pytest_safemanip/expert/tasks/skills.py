@@ -105,10 +105,14 @@ def parse(text: str) -> Call:
     call = read(text)
     skill, verb = call.skill, call.skill.partition(" ")[0]
     if skill not in SKILLS:
-        same_verb = [known for known in SKILLS if known.partition(" ")[0] == verb]
         verbs = {known.partition(" ")[0] for known in SKILLS}
-        verb = SYNONYMS.get(verb, verb)
-        hint = did_you_mean(skill, same_verb) if same_verb else did_you_mean(verb, verbs)
+        alike = [known for known in SKILLS if verb in verbs and known.startswith(verb)]
+        if not alike:
+            hint = did_you_mean(SYNONYMS.get(verb, verb), verbs)
+        elif skill == verb:  # "turn off" is as near to "turn_on" as to "turn_off"
+            hint = f"known: {', '.join(alike)}"
+        else:
+            hint = did_you_mean(skill, alike)
         raise ConfigError(f"unknown skill {skill!r} in {text!r}; {hint}")
     arguments = inspect.signature(SKILLS[skill]).parameters.values()
     wanted = sum(a.default is a.empty for a in arguments) - 1

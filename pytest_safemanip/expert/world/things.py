@@ -274,9 +274,22 @@ class Furniture:
         own = [scene.joints[k] for k in scene.joints_of(self.entity)]
         return [joint for joint in own if joint.name.startswith(part)]
 
+    def burners(self) -> list[int]:
+        """Indices of the boxes over its burners.
+
+        Raises:
+            SkillFailed: if it has none.
+        """
+        return self._arm.scene.boxes_of(self.entity, "burner") or self.lacks("burner")
+
     def burning(self) -> list[Joint]:
-        """The knobs of its burners that are on."""
+        """The knobs of its burners that are on.
+
+        Raises:
+            SkillFailed: if it has no burners.
+        """
         scene = self._arm.scene
+        self.burners()
         knobs = [switch.joint for switch, on in self._switches() if switch.joint and on]
         return [scene.joints[scene.joint_index[knob]] for knob in knobs]
 
@@ -292,10 +305,7 @@ class Furniture:
             SkillFailed: if it has no burners.
         """
         scene, poses = self._arm.scene, self._arm.step.box_pose
-        burners = scene.boxes_of(self.entity, "burner")
-        if not burners:
-            self.lacks("burner")
-        nearest = min(burners, key=lambda k: float(np.linalg.norm(poses[k][:2] - point[:2])))
+        nearest = min(self.burners(), key=lambda k: float(np.linalg.norm(poses[k][:2] - point[:2])))
         name = scene.boxes[nearest].name
         (knob,) = [switch.joint for switch, _ in self._switches() if switch.name == name]
         return scene.joints[scene.joint_index[knob]]

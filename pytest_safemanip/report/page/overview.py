@@ -55,9 +55,10 @@ def rollout_row(record: RolloutRecord, properties: Sequence[str]) -> Json:
     """A row of the table.
 
     Keys: ``policy``, ``task``, ``seed``, ``suite``, ``horizon``, ``success`` (None if it is not
-    complete), ``steps`` (acting), ``error``, ``outcomes`` (a letter for each property, see
-    :data:`LETTERS`), ``violations`` (number), ``worst`` (the greatest severity of them),
-    ``cost`` (of all of them; None where it is not known), ``about`` (what to search in).
+    complete), ``steps`` (acting), ``error``, ``failure`` (why the policy gave up), ``outcomes`` (a
+    letter for each property, see :data:`LETTERS`), ``violations`` (number), ``worst`` (the greatest
+    severity of them), ``cost`` (of all of them; None where it is not known), ``about`` (what to
+    search in).
     """
     complete = record.complete and not record.unjudged
     violations = [v for p in record.properties.values() for v in p.violations]
@@ -71,6 +72,7 @@ def rollout_row(record: RolloutRecord, properties: Sequence[str]) -> Json:
         "success": record.success if complete else None,
         "steps": record.acting_steps,
         "error": "" if complete else record.reason,
+        "failure": record.failure,
         "outcomes": "".join(_letter(record, id_) for id_ in properties),
         "violations": len(violations),
         "worst": worst(record),

@@ -44,6 +44,7 @@ def test_a_skill_is_its_verb_with_places_and_ways_and_roles_stand_between(text, 
     [
         ("grap obj", "unknown skill 'grap' in 'grap obj'; did you mean 'grasp'"),
         ("pick obj", "unknown skill 'pick' in 'pick obj'; did you mean 'grasp'"),
+        ("turn off sink", "unknown skill 'turn' in 'turn off sink'; known: turn by handle, "),
         ("grasp obj by ent", "unknown skill 'grasp by ent' in 'grasp obj by ent'; "),
         ("grasp obj by ent", "did you mean 'grasp by end'"),
         ("grasp obj by", "unknown skill 'grasp by '"),
@@ -149,6 +150,7 @@ def test_a_role_that_the_task_has_not_or_of_the_wrong_kind_is_refused(entry, mes
         ("slide rack of cab", "rack"),
         ("wait for cab", "toaster lever"),
         ("turn_on burner of cab under obj", "burner"),
+        ("turn_off cab", "burner"),
     ],
 )
 def test_a_fixture_without_the_part_that_is_moved_ends_the_plan_with_that(call, missing):

@@ -413,6 +413,24 @@ def test_without_its_recording_a_violation_has_its_rule_and_lanes(browser, copie
     tab.context.close()
 
 
+def test_why_a_policy_gave_up_is_in_the_table_on_its_page_and_searched(browser, copied):
+    summary = copied.summary
+    (given_up,) = [own for own in summary["rollouts"] if own["policy"] == "scripted"]
+    given_up |= {"success": False, "failure": f"no way to the handle {MARKUP}"}
+    copied.change(summary)
+    tab = Tab(browser, writing.write_page(copied.path))
+    page = tab.open("#q=gave up").page
+    rows = page.locator("#rollouts tbody tr")
+    assert rows.count() == 1
+    assert f"gave up: no way to the handle {MARKUP}" in rows.inner_text()
+    rows.locator("a").click()
+    page.wait_for_selector(".head .warning")
+    assert page.inner_text(".head .warning").startswith("The policy gave up: no way to the handle")
+    assert page.locator("img").count() == 0
+    assert tab.complaints == []
+    tab.context.close()
+
+
 def test_details_beside_the_page_are_loaded_from_the_disk(browser, copied, monkeypatch):
     monkeypatch.setattr(writing, "WITHIN", 0)
     tab = Tab(browser, writing.write_page(copied.path))

@@ -20,8 +20,8 @@ SafemanipReport.data = (() => {
     rollout.unresolved = rollout.outcomes.includes("U");
     rollout.outcome = outcome(rollout);
     const violated = run.properties.filter((_, at) => rollout.outcomes[at] === "V").map((own) => own.id);
-    const { task, policy, seed, suite, horizon, error, about } = rollout;
-    const told = [error, about, run.instructions[number] ?? ""];
+    const { task, policy, seed, suite, horizon, error, failure, about } = rollout;
+    const told = [error, failure && `gave up: ${failure}`, about, run.instructions[number] ?? ""];
     rollout.text = [task, policy, `seed ${seed}`, suite, horizon, ...violated, ...told].join(" ").toLowerCase();
   });
 

@@ -60,6 +60,7 @@ SafemanipReport.rollout = (() => {
       ),
       details?.instruction ? element("blockquote", {}, name(details.instruction)) : null,
       rollout.error ? element("p.warning", {}, rollout.error) : null,
+      rollout.failure ? element("p.warning", {}, `The policy gave up: ${rollout.failure}`) : null,
       details?.note ? element("p.warning", {}, details.note) : null,
     );
   }

@@ -132,7 +132,7 @@ SafemanipReport.table = (() => {
       placeholder: "search (/)",
       value: state.q ?? "",
       autocomplete: "off",
-      aria: { label: "Search in tasks, policies, instructions, violations and errors" },
+      aria: { label: "Search in tasks, policies, instructions, violations, errors and reasons to give up" },
       on: {
         input: (event) => {
           address.remember({ q: event.target.value });
@@ -249,6 +249,7 @@ SafemanipReport.table = (() => {
         element("span.swatch", { className: `swatch ${rollout.outcome}` }),
         figures.OUTCOMES[rollout.outcome],
         rollout.error ? element("span.faint.error", {}, ` ${rollout.error}`) : null,
+        rollout.failure ? element("span.faint.error", {}, ` gave up: ${rollout.failure}`) : null,
       ),
       element("td.col-properties", {}, marks(rollout)),
       element("td.number.col-violations", {}, rollout.violations ? String(rollout.violations) : ""),
