@@ -12,7 +12,7 @@ import numpy as np
 from pytest_safemanip.errors import RolloutError, raised_as
 from pytest_safemanip.policies.base import EpisodeInfo, Observation
 from pytest_safemanip.sim.staging import Staging
-from pytest_safemanip.trace.episode import LONGEST_FAILURE, MOST_HAZARDS
+from pytest_safemanip.trace.episode import LONGEST_FAILURE, MOST_HAZARDS, served_fault
 from pytest_safemanip.trace.hazard import Hazard
 
 
@@ -120,7 +120,10 @@ class AdaptedPolicy:
     @property
     def served_facts(self) -> Mapping[str, str]:
         """Facts about the policy's server and the exchange with it."""
-        facts: Mapping[str, str] = ask(self.policy, "served_facts", {})
+        with _failures("to say its 'served_facts'"):
+            facts: Mapping[str, str] = dict(ask(self.policy, "served_facts", {}))
+        if fault := served_fault(facts):
+            raise RolloutError(f"the policy's 'served_facts': {fault}")
         return facts
 
     def staging(self, task: str) -> Staging:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -10,7 +11,7 @@ from typing import Protocol as Interface
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import RolloutError, printable
+from pytest_safemanip.errors import printable
 from pytest_safemanip.policies.adapter import AdaptedPolicy
 from pytest_safemanip.policies.base import EpisodeInfo, Observation, Permissions, Policy
 from pytest_safemanip.policies.prompts import PLACEHOLDER, render_prompt
@@ -275,12 +276,8 @@ def _actions(
             index, info.instruction, steps[-1], backend.observe, key, foresee, rehearsal
         )
         where = f"policy {name!r}, step {index}"
-        answer = policy.act(disturbed.seen(seen))
-        if rehearsal and rehearsal.open:
-            raise RolloutError(
-                f"{where}: it acts while it rehearses: 'undo' or 'keep' each trial that it begins "
-                f"({rehearsal.open} left open)"
-            )
+        with rehearsal.acting(where) if rehearsal else contextlib.nullcontext():
+            answer = policy.act(disturbed.seen(seen))
         yield from actions.chunk(answer, where)
 
 

@@ -11,13 +11,15 @@ from typing import Any, Literal, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import ConfigError, RolloutError, did_you_mean
+from pytest_safemanip.errors import ConfigError, RolloutError, did_you_mean, raised_as
 from pytest_safemanip.sim.staging import Change
 from pytest_safemanip.trace.elements import ActionEntry, Gripper, Vector
 from pytest_safemanip.trace.scene import Scene
 from pytest_safemanip.trace.steps import Step
 
 Action = NDArray[np.float64]
+LONGEST_CHUNK = 10_000
+"""Actions that a policy asks for at a time."""
 
 
 @dataclass(frozen=True)
@@ -76,16 +78,20 @@ class ActionSpec:
         Raises:
             RolloutError: if it has another shape, or an entry is not a finite number.
         """
-        try:
-            actions = np.atleast_2d(np.asarray(answer, np.float64))
-        except (TypeError, ValueError) as error:
-            raise RolloutError(f"{where}: the action is not an array ({error})") from error
-        if actions.ndim != 2 or actions.shape[1] != self.size or len(actions) == 0:
+        with raised_as(RolloutError, f"{where}: the action is not an array"):
+            given = np.asarray(answer)
+        masked = isinstance(answer, np.ma.MaskedArray)
+        if given.dtype.kind not in "biuf" or masked:
+            kind = "masked entries" if masked else f"the type {given.dtype}"
+            raise RolloutError(f"{where}: the action is not an array of numbers (it has {kind})")
+        rows = np.atleast_2d(given)
+        if rows.ndim != 2 or rows.shape[1] != self.size or not 0 < len(rows) <= LONGEST_CHUNK:
             raise RolloutError(
-                f"{where}: the action has shape {np.shape(answer)}, expected ({self.size},) or "
+                f"{where}: the action has shape {given.shape}, expected ({self.size},) or "
                 f"(H, {self.size}): return all entries from {self.entries[0].name} to "
-                f"{self.entries[-1].name}, of one step or of H in a row"
+                f"{self.entries[-1].name}, of one step or of H in a row, at most {LONGEST_CHUNK}"
             )
+        actions: Action = rows.astype(np.float64)
         bad = np.argwhere(~np.isfinite(actions))
         if len(bad):
             row, entry = bad[0]

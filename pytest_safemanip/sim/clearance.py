@@ -7,7 +7,8 @@ state, and no bit of the episode changes.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import operator
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
@@ -21,6 +22,30 @@ Floats = NDArray[np.float64]
 MOST_WAYPOINTS = 1000
 STAYS = np.nan
 """Number in a waypoint of what it says nothing about."""
+
+
+FARTHEST, UNIT = 1000.0, 1e-3
+"""Of places, m; and how far from 1 the norm of an orientation is."""
+_ARRAYS = ("hand", "base", "speed", "tolerance")
+_NUMBERS = ("opening", "margin", "turn_tolerance", "raised")
+_COUNTS = ("since", "steps", "begins")
+
+
+def _floats(given: Any) -> Floats:
+    return np.asarray(given, np.float64)
+
+
+def _names(given: Any) -> tuple[str, ...]:
+    if isinstance(given, str) or not all(isinstance(name, str) for name in given):
+        raise TypeError("expected texts in a tuple")
+    return tuple(given)
+
+
+def _pairs(given: Any) -> tuple[tuple[str, str], ...]:
+    pairs = [_names(pair) for pair in given]
+    if any(len(pair) != 2 for pair in pairs):
+        raise TypeError("expected pairs of texts")
+    return tuple((own, other) for own, other in pairs)
 
 
 @dataclass(frozen=True)
@@ -66,7 +91,8 @@ class Path:
     begins: int = 0
 
     def __post_init__(self) -> None:
-        count = len(self.hand)
+        self._convert()
+        count = len(self.hand) if self.hand.ndim else 0
         shapes = {"hand": (count, 7), "base": (count, 3), "speed": (count,), "tolerance": (count,)}
         for name, shape in shapes.items():
             values = getattr(self, name)
@@ -75,9 +101,17 @@ class Path:
         if not 0 < count <= MOST_WAYPOINTS:
             raise ValueError(f"path: {count} waypoints, expected 1 to {MOST_WAYPOINTS}")
         for name in ("hand", "base"):
-            known = np.isfinite(getattr(self, name))
+            values = getattr(self, name)
+            known = ~np.isnan(values)
             if (known.any(axis=1) != known.all(axis=1)).any():
                 raise ValueError(f"path: a row of {name} is known in part")
+            if (np.abs(values[known]) > FARTHEST).any():
+                raise ValueError(f"path: a row of {name} is farther away than {FARTHEST:g} m")
+        turns = self.hand[~np.isnan(self.hand[:, 0]), 3:]
+        if (np.abs(np.linalg.norm(turns, axis=1) - 1.0) > UNIT).any():
+            raise ValueError("path: an orientation of hand is no unit quaternion (wxyz)")
+        if not (math.isnan(self.opening) or 0.0 <= self.opening <= 1.0):
+            raise ValueError(f"path: opening is {self.opening}, expected 0 to 1")
         if not ((self.speed > 0.0) & (self.speed <= 1.0)).all():
             raise ValueError("path: a speed is not in (0, 1]")
         if not math.isfinite(self.raised):
@@ -85,6 +119,22 @@ class Path:
         limits = self.margin, *self.tolerance.tolist(), self.turn_tolerance, self.steps
         if not (np.isfinite(limits).all() and min(limits) >= 0):
             raise ValueError(f"path: margin, tolerances and steps are {limits}")
+
+    def _convert(self) -> None:
+        """Numbers of other types become those that are documented.
+
+        Raises:
+            ValueError: if what is given is no number, or a name no text.
+        """
+        kinds: dict[str, Callable[[Any], Any]] = {"held": _names, "permits": _pairs}
+        for names, kind in ((_ARRAYS, _floats), (_NUMBERS, float), (_COUNTS, operator.index)):
+            kinds |= dict.fromkeys(names, kind)
+        for name, kind in kinds.items():
+            given = getattr(self, name)
+            try:
+                object.__setattr__(self, name, kind(given))
+            except (TypeError, ValueError, OverflowError) as error:
+                raise ValueError(f"path: {name} is {given!r:.60}: {error}") from error
 
 
 @dataclass(frozen=True)
@@ -163,8 +213,8 @@ class Foresees(Protocol):
         """What would touch on each of some paths from the present state; changes nothing.
 
         Raises:
-            ConfigError: if the simulator has no such service, or a path names what is not there.
-            RolloutError: if the simulator fails.
+            ConfigError: if the simulator has no such service.
+            RolloutError: if a path names what is not there, or the simulator fails.
         """
 
 
@@ -183,9 +233,7 @@ def blind(paths: Sequence[Path]) -> list[Clearance]:
 Plain = list[dict[str, Any]]
 Arrays = Mapping[str, Floats]
 
-_ARRAYS = ("hand", "base", "speed", "tolerance")
-_NUMBERS = ("opening", "since", "margin", "turn_tolerance", "steps", "raised", "begins")
-_PLAIN = (*_NUMBERS, "held", "permits")
+_PLAIN = (*_NUMBERS, *_COUNTS, "held", "permits")
 
 
 def encode_paths(paths: Sequence[Path]) -> tuple[Plain, Arrays]:

@@ -6,7 +6,8 @@ asked for next, step by step: it is not simulated again, and has the same bits a
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
@@ -46,8 +47,8 @@ class Rehearses(Protocol):
 
 @dataclass
 class Rehearsal:
-    """What a policy is given of a backend that rehearses. Each trial is to be undone or kept before
-    the policy acts: the rollout goes on from where it was.
+    """What a policy is given of a backend that rehearses, while it acts. Each trial is to be undone
+    or kept before the policy answers: the rollout goes on from where it was.
 
     Attributes:
         backend: the backend.
@@ -55,7 +56,6 @@ class Rehearsal:
         horizon: control steps of the episode.
         patient: whether the rollout goes on after success.
         told: is told how many steps were rehearsed, when a trial begins and at each of them.
-        open: how many trials have begun and not ended.
     """
 
     backend: Rehearses
@@ -63,30 +63,54 @@ class Rehearsal:
     horizon: int
     patient: bool
     told: Callable[[int], None] = lambda steps: None
-    open: int = field(default=0, init=False)
+    _acts: bool = field(default=False, init=False)
+    _open: int = field(default=0, init=False)
     _rehearsed: int = field(default=0, init=False)
+
+    @contextlib.contextmanager
+    def acting(self, where: str) -> Iterator[None]:
+        """The policy acts within this, and may rehearse.
+
+        Args:
+            where: begins the message about a trial that is left open.
+
+        Raises:
+            RolloutError: at its end, if one is.
+        """
+        self._acts = True
+        try:
+            yield
+        finally:
+            self._acts = False
+        if self._open:
+            raise RolloutError(
+                f"{where}: it acts while it rehearses: 'undo' or 'keep' each trial that it begins "
+                f"({self._open} left open)"
+            )
 
     def begin(self) -> None:
         """See :meth:`Rehearses.begin_trial`.
 
         Raises:
-            RolloutError: if too many are open.
+            RolloutError: if too many are open, or the policy does not act; likewise below.
         """
-        if self.open >= MOST_OPEN:
+        self._check_acts()
+        if self._open >= MOST_OPEN:
             raise RolloutError(
                 f"the policy rehearses in {MOST_OPEN} trials within one another: 'undo' or 'keep' "
                 "each before more begin"
             )
         self.told(self._rehearsed)
         self.backend.begin_trial()
-        self.open += 1
+        self._open += 1
 
     def step(self, action: Action) -> Step:
         """The state that an action (A,) leads to.
 
         Raises:
-            RolloutError: if it is none, or more than one.
+            RolloutError: if it is none, or more than one, or no trial is open.
         """
+        self._check_open("rehearses a step outside of a trial")
         asked = self.actions.chunk(action, "the policy rehearses")
         if len(asked) > 1:
             raise RolloutError(f"the policy rehearses {len(asked)} actions at once: one is a step")
@@ -100,18 +124,27 @@ class Rehearsal:
         Raises:
             RolloutError: if none is open; likewise :meth:`keep`.
         """
-        self._close()
+        self._check_open("ends a trial")
+        self._open -= 1
         self.backend.undo_trial()
 
     def keep(self) -> None:
         """See :meth:`Rehearses.keep_trial`."""
-        self._close()
+        self._check_open("ends a trial")
+        self._open -= 1
         self.backend.keep_trial()
 
-    def _close(self) -> None:
-        if not self.open:
-            raise RolloutError("the policy ends a trial, and none has begun: call 'begin' first")
-        self.open -= 1
+    def _check_open(self, does: str) -> None:
+        self._check_acts()
+        if not self._open:
+            raise RolloutError(f"the policy {does}, and none has begun: call 'begin' first")
+
+    def _check_acts(self) -> None:
+        if not self._acts:
+            raise RolloutError(
+                "the policy rehearses while it does not act: do so within 'act' alone, with the "
+                "rehearsal of the observation that it gets"
+            )
 
 
 @dataclass

@@ -164,6 +164,8 @@ def served_fault(served: Mapping[str, str]) -> str:
     """What is wrong with the facts about a policy's server, or with the count of clipped entries;
     empty if nothing is.
     """
+    if not all(isinstance(text, str) for item in served.items() for text in item):
+        return "must be a mapping to strings"
     counts = ("calls", "actions", "clipped") if "protocol" in served else ()
     for name in (*counts, *(name for name in served if name in ("clipped", "entries"))):
         if not re.fullmatch("[0-9]{1,15}", served.get(name, "")):

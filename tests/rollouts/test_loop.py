@@ -234,6 +234,15 @@ def test_actions_out_of_range_are_clipped_before_they_are_executed():
 
 FINE = np.zeros(ACTION_SIZE)
 HOLE = np.zeros((3, ACTION_SIZE))
+
+
+class Tensor:
+    """Is asked for its numbers, and refuses."""
+
+    def __array__(self, dtype=None, copy=None):
+        raise RuntimeError("Tensor that requires grad")
+
+
 HOLE[1, 6] = np.nan
 
 
@@ -250,10 +259,17 @@ HOLE[1, 6] = np.nan
             np.full(ACTION_SIZE, np.inf),
             "step 2: action[0, 0] (end_effector_position_x) is not finite",
         ),
-        (None, "step 2: the action has shape (), expected"),
+        (None, "step 2: the action is not an array of numbers (it has the type object)"),
         ("forward", "step 2: the action is not an array"),
         ({"arm": [0.0]}, "step 2: the action is not an array"),
         ([[0.0] * 12, [0.0]], "step 2: the action is not an array"),
+        (["0.5"] * 12, "step 2: the action is not an array of numbers (it has the type <U3)"),
+        (np.full(12, 0.5j), "(it has the type complex128)"),
+        (np.zeros(12, "m8[s]"), "(it has the type timedelta64[s])"),
+        (np.ma.masked_all(12), "(it has masked entries)"),
+        ([10**400] * 12, "step 2: the action is not an array of numbers"),
+        (Tensor(), "step 2: the action is not an array: RuntimeError: Tensor that requires grad"),
+        (np.broadcast_to(FINE, (2_000_000_000, 12)), "in a row, at most 10000"),
         (ValueError("out of memory"), "the policy failed at step 2: ValueError: out of memory"),
         (KeyError("arm"), "the policy failed at step 2: KeyError: 'arm'"),
         (RolloutError("the server is gone"), "the server is gone"),

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_safemanip.errors import ConfigError, did_you_mean
+from pytest_safemanip.errors import RolloutError, did_you_mean
 from pytest_safemanip.sim.clearance import ROOM, Clearance, Path, Touch
 from pytest_safemanip.sim.mujoco.description import Description
 from pytest_safemanip.sim.mujoco.osc import Arm, Law
@@ -72,7 +72,7 @@ class Foresight:
         """What would touch on a path.
 
         Raises:
-            ConfigError: if it names what is not there.
+            RolloutError: if it names what is not there.
         """
         self._begin(path)
         reach = max(ROOM, path.margin)
@@ -127,7 +127,7 @@ class Foresight:
         self._held = []
         for name in path.held:
             if name not in self._bodies:
-                raise ConfigError(f"a path with {name!r} held; {did_you_mean(name, self._bodies)}")
+                raise RolloutError(f"a path with {name!r} held; {did_you_mean(name, self._bodies)}")
             body = self._bodies[name]
             joint = int(self._model.body_jntadr[body])
             back = conjugate(pose[3:])
@@ -139,10 +139,10 @@ class Foresight:
         """Raise the torso as far as it goes.
 
         Raises:
-            ConfigError: if there is none.
+            RolloutError: if there is none.
         """
         if self._torso is None:
-            raise ConfigError("a path with its torso raised; this robot has none")
+            raise RolloutError("a path with its torso raised; this robot has none")
         address, limits = self._model.jnt_qposadr[self._torso], self._model.jnt_range[self._torso]
         self._data.qpos[address] = np.clip(self._data.qpos[address] + by, *limits)
 

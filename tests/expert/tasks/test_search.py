@@ -146,12 +146,13 @@ def play(*skills, horizon=100, patient=False, pushed=()):
     search = Search(arm, rehearsal, lambda entry: entry, lambda call: SKILLS[call.skill](arm))
     places, reason = [], ""
     try:
-        for action in search.plan([entry(skill) for skill in skills]):
-            world.rehearsed = world.rehearsed or world.simulated
-            back = np.array((-1.0, *np.zeros(11)))
-            step = world.step(back if len(places) in pushed else action)
-            arm.see(step)
-            places.append(tuple(step.eef_pose[:2].tolist()))
+        with rehearsal.acting(""):
+            for action in search.plan([entry(skill) for skill in skills]):
+                world.rehearsed = world.rehearsed or world.simulated
+                back = np.array((-1.0, *np.zeros(11)))
+                step = world.step(back if len(places) in pushed else action)
+                arm.see(step)
+                places.append(tuple(step.eef_pose[:2].tolist()))
     except SkillFailed as error:
         reason = str(error)
     return places, reason, search, world

@@ -155,16 +155,17 @@ def test_a_kitchen_is_what_it_was_before_a_trial_to_the_last_bit(backend: Backen
     backend.reset(request)
     rehearsal = Rehearsal(backend, backend.spec.robot.actions, 100, False)
     seen = [backend.step(move) for move in moves[:5]]
-    rehearsal.begin()
-    for move in actions(20, seed=1):
-        rehearsal.step(move)
-    rehearsal.undo()
-    rehearsal.begin()
-    tried = [rehearsal.step(move) for move in moves[5:20]]
-    rehearsal.begin()
-    tried += [rehearsal.step(move) for move in moves[20:25]]
-    rehearsal.keep()
-    rehearsal.keep()
+    with rehearsal.acting("here"):
+        rehearsal.begin()
+        for move in actions(20, seed=1):
+            rehearsal.step(move)
+        rehearsal.undo()
+        rehearsal.begin()
+        tried = [rehearsal.step(move) for move in moves[5:20]]
+        rehearsal.begin()
+        tried += [rehearsal.step(move) for move in moves[20:25]]
+        rehearsal.keep()
+        rehearsal.keep()
     for number, move in enumerate(moves[5:]):
         seen.append(backend.step(move))
         if number < 10:
@@ -180,9 +181,10 @@ def test_what_is_outside_the_limits_is_clipped_as_in_a_rollout(child: ProcessBac
     child.reset(Request("Task", 0, "compact"))
     robot = child.spec.robot.actions
     rehearsal = Rehearsal(child, robot, 100, False)
-    rehearsal.begin()
-    wild = rehearsal.step(np.full(12, 50.0))
-    rehearsal.keep()
+    with rehearsal.acting("here"):
+        rehearsal.begin()
+        wild = rehearsal.step(np.full(12, 50.0))
+        rehearsal.keep()
     assert child.step(np.clip(np.full(12, 50.0), robot.low, robot.high)) is wild
 
 
@@ -217,13 +219,28 @@ def trial_with(action: Any) -> Callable[[Rehearsal], object]:
             "policy 'mine', step 0: it acts while it rehearses: 'undo' or",
         ),
         (lambda r: r.keep(), "the policy ends a trial, and none has begun: call 'begin' first"),
+        (lambda r: r.step(np.zeros(12)), "rehearses a step outside of a trial, and none has begun"),
+        (
+            lambda r: [r.begin(), r.undo(), r.step(np.zeros(12))],
+            "policy rehearses a step outside of a trial",
+        ),
         (lambda r: [r.begin() for _ in range(MOST_OPEN + 1)], f"in {MOST_OPEN} trials within one"),
         (trial_with(np.zeros(3)), "rehearses: the action has shape (3,), expected (12,)"),
         (trial_with(np.zeros((4, 12))), "the policy rehearses 4 actions at once"),
         (trial_with(np.full(12, np.nan)), "action[0, 0] (end_effector_position_x) is not finite"),
-        (trial_with(["up"] * 12), "the action is not an array"),
+        (trial_with(["up"] * 12), "the action is not an array of numbers (it has the type <U2)"),
     ],
-    ids=["left open", "none", "too many", "short", "chunk", "hole", "text"],
+    ids=[
+        "left open",
+        "none",
+        "no trial",
+        "taken back",
+        "too many",
+        "short",
+        "chunk",
+        "hole",
+        "text",
+    ],
 )
 def test_what_a_policy_does_wrong_in_a_trial_is_its_error_and_no_verdict(
     child: ProcessBackend, does: Callable[[Rehearsal], object], message: str
@@ -232,4 +249,43 @@ def test_what_a_policy_does_wrong_in_a_trial_is_its_error_and_no_verdict(
     with pytest.raises(RolloutError) as caught:
         run(job, child, Rehearsing(does))
     assert message in str(caught.value)
+    assert not caught.value.infrastructure
+
+
+class Lingering(Rehearsing):
+    """Rehearses where it is asked something else than what to do, with what it was once given."""
+
+    kept: Rehearsal | None = None
+
+    def __init__(self, where: str) -> None:
+        self.where = where
+        super().__init__(self.keep)
+
+    def keep(self, rehearsal: Rehearsal) -> None:
+        Lingering.kept = rehearsal
+
+    def linger(self, where: str) -> None:
+        if self.kept is not None and where == self.where:
+            self.kept.begin()
+
+    def reset(self) -> None:
+        self.linger("reset")
+
+    @property
+    def done(self) -> bool:
+        self.linger("done")
+        return self.where == "failure" and self.kept is not None
+
+    @property
+    def failure(self) -> str:
+        self.linger("failure")
+        return ""
+
+
+@pytest.mark.parametrize("where", ["reset", "done", "failure"])
+def test_a_policy_rehearses_only_while_it_acts(child: ProcessBackend, where: str) -> None:
+    job = Job("Task", "mine", Request("Task", 0, "compact"), Protocol(), {})
+    Lingering.kept = Rehearsal(child, child.spec.robot.actions, 100, False)
+    with pytest.raises(RolloutError, match="rehearses while it does not act") as caught:
+        run(job, child, Lingering(where))
     assert not caught.value.infrastructure

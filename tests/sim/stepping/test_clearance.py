@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -10,7 +11,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from pytest_safemanip.errors import ConfigError
+from pytest_safemanip.errors import ConfigError, RolloutError
 from pytest_safemanip.sim import clearance
 from pytest_safemanip.sim.backend import Backend, Request
 from pytest_safemanip.sim.clearance import STAYS, Clearance, Path, Touch
@@ -147,7 +148,7 @@ def test_what_is_held_moves_with_the_hand(cook: Kitchen) -> None:
     # Where the thing is when the episode begins, it is carried 20 cm below the hand, say.
     assert held.touch is not None
     assert held.touch.own == "obj"
-    with pytest.raises(ConfigError, match="spoon"):
+    with pytest.raises(RolloutError, match="spoon"):
         cook.ask(way(low, held=("spoon",)))
 
 
@@ -209,23 +210,58 @@ def test_asking_changes_no_bit_of_an_episode_in_a_process_of_its_own(backend: Ba
             "waypoints",
         ),
         ({"margin": -0.1}, "margin"),
+        ({"hand": "up"}, "path: hand is 'up'"),
+        ({"hand": 0.0}, r"hand has shape \(\)"),
+        ({"hand": np.zeros((1, 7))}, "no unit quaternion"),
+        ({"hand": np.array([[1e7, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])}, "farther away than 1000 m"),
+        ({"base": np.full((1, 3), np.inf)}, "farther away than 1000 m"),
+        ({"opening": np.inf}, "opening is inf, expected 0 to 1"),
+        ({"opening": "half"}, "path: opening is 'half'"),
+        ({"held": "obj"}, "path: held is 'obj': expected texts in a tuple"),
+        ({"permits": ("ab", "c")}, "path: permits is .* expected"),
+        ({"permits": (("a", "b", "c"),)}, "expected pairs of texts"),
+        ({"begins": "a"}, "path: begins is 'a'"),
+        ({"since": 0.5}, "path: since is 0.5"),
     ],
 )
 def test_a_path_with_wrong_shapes_is_refused(changed: dict[str, Any], message: str) -> None:
     right = {
-        "hand": np.zeros((1, 7)),
+        "hand": np.array([[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]]),
         "base": np.zeros((1, 3)),
         "speed": np.ones(1),
         "tolerance": np.ones(1),
     }
+    Path(**right)
     with pytest.raises(ValueError, match=message):
         Path(**{**right, **changed})
 
 
+def test_numbers_of_a_path_may_be_of_other_types() -> None:
+    path = Path(
+        np.array([[0, 0, 1, 1, 0, 0, 0]]),
+        np.zeros((1, 3), np.float16),
+        np.ones(1, np.float32),
+        np.ones(1),
+        since=np.int64(1),
+    )
+    plain, arrays = clearance.encode_paths([path])
+    assert json.loads(json.dumps(plain))[0]["since"] == 1
+    assert {array.dtype for array in arrays.values()} == {np.dtype(np.float64)}
+
+
 def test_paths_and_answers_survive_the_wire() -> None:
     permits = (("finger", "pan"),)
-    path = way(np.arange(7.0), held=("pan",), permits=permits, opening=0.5, raised=0.2, begins=1)
-    plain, arrays = clearance.encode_paths([path, way(np.ones(7))])
+    path = way(
+        np.array((0.0, 1.0, 2.0, 0.0, 1.0, 0.0, 0.0)),
+        held=("pan",),
+        permits=permits,
+        opening=0.5,
+        raised=0.2,
+        begins=1,
+    )
+    plain, arrays = clearance.encode_paths(
+        [path, way(np.array((1.0, 1.0, 1.0, 0.5, 0.5, 0.5, 0.5)))]
+    )
     first, second = clearance.decode_paths(plain, arrays)
     assert (first.held, first.permits, first.opening) == (path.held, permits, 0.5)
     assert (first.raised, first.begins) == (0.2, 1)
