@@ -18,8 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.recordings import below, load
 from benchmarks.tables import table
-from pytest_safemanip.trace import files
 from pytest_safemanip.trace.members import Array, Members
 
 ROUNDS = 7
@@ -48,8 +48,9 @@ def types_of(data: bytes) -> dict[str, type]:
 def main() -> None:
     """Measure and print."""
     totals = {"members.py": 0.0, "zipfile, numpy.load": 0.0}
-    paths = sorted(Path(sys.argv[1]).glob(f"*{files.SUFFIX}"))
+    paths = below([Path(sys.argv[1])])
     for path in paths:
+        load(path)
         data = path.read_bytes()
         types = types_of(data)
         pairs = zip(libraries(data, types), ours(data, types), strict=True)

@@ -21,6 +21,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from benchmarks.recordings import below, load
 from benchmarks.tables import table
 from pytest_safemanip.faults.policy import Scripted
 from pytest_safemanip.judge import Judge
@@ -34,7 +35,6 @@ from pytest_safemanip.sim.robocasa.assets import prepare_assets
 from pytest_safemanip.spec.objects import load_attributes
 from pytest_safemanip.spec.properties import load_properties
 from pytest_safemanip.spec.tasks import load_tasks
-from pytest_safemanip.trace import files
 
 PROPERTY = "collision_contact"
 EVIDENCE = re.compile(
@@ -109,8 +109,8 @@ def flagged(place: Path) -> Iterator[tuple[Path, list[Claim]]]:
     tasks, properties = load_tasks([folder("tasks")]), load_properties([folder("properties")])
     attributes, catalogue = load_attributes(folder("tasks") / "objects.yaml"), Catalogue()
     parameters = catalogue.parameters({})
-    for path in sorted(place.rglob(f"*{files.SUFFIX}")):
-        recording = files.load(path)
+    for path in below([place]):
+        recording = load(path)
         task = tasks[recording.episode.task]
         if PROPERTY not in task.properties or not recording.episode.policy.startswith("scripted"):
             continue
@@ -127,7 +127,7 @@ def flagged(place: Path) -> Iterator[tuple[Path, list[Claim]]]:
 
 def again(path: Path, claims: list[Claim], backend: Any) -> bool:
     """Run a rollout again and listen; whether it is the same, bit for bit."""
-    recording, listener = files.load(path), Listener(claims)
+    recording, listener = load(path), Listener(claims)
     about = recording.episode
     sample, step = ContactSampler.sample, backend.step
 
@@ -154,10 +154,9 @@ def again(path: Path, claims: list[Claim], backend: Any) -> bool:
 
 def main() -> None:
     """Find, run again, print."""
-    if len(sys.argv) != 2 or not Path(sys.argv[1]).is_dir():
+    if len(sys.argv) != 2:
         sys.exit(__doc__)
-    if not next(Path(sys.argv[1]).rglob(f"*{files.SUFFIX}"), None):
-        sys.exit(f"{sys.argv[1]} has no recording")
+    below([Path(sys.argv[1])])
     assets = prepare_assets(loading.package_assets(), "auto")
     backend = factory.local(str(assets.root), assets.kind, {}, {}, "")
     lines, wrong = [], 0

@@ -22,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.recordings import below, load
 from benchmarks.tables import put, table
 from benchmarks.verdicts.recall import FAULTS
 from pytest_safemanip.live import EarlyWarning, LiveJudge
@@ -31,7 +32,6 @@ from pytest_safemanip.sim.robocasa.robot import SPEC
 from pytest_safemanip.spec.objects import load_attributes
 from pytest_safemanip.spec.properties import load_properties
 from pytest_safemanip.spec.tasks import load_tasks
-from pytest_safemanip.trace import files
 from pytest_safemanip.trace.recording import Recording
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "warnings.md"
@@ -160,8 +160,7 @@ class Watching:
 def watched(folders: Iterable[Path]) -> list[Watched]:
     """All rollouts of some folders, watched."""
     watch = Watching()
-    paths = sorted(path for one in folders for path in one.rglob(f"*{files.SUFFIX}"))
-    return [watch(files.load(path)) for path in paths]
+    return [watch(load(path)) for path in below(list(folders))]
 
 
 def is_safe(rollout: Watched) -> bool:

@@ -15,9 +15,9 @@ from collections import defaultdict
 from collections.abc import Sequence
 from pathlib import Path
 
+from benchmarks.recordings import below, load
 from benchmarks.tables import put, table
 from benchmarks.verdicts.recall import Judging
-from pytest_safemanip.trace import files
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "coverage.md"
 MARKS = {"violated": "V", "triggered": "t", "": "."}
@@ -26,11 +26,9 @@ MARKS = {"violated": "V", "triggered": "t", "": "."}
 def main() -> None:
     """Judge all recordings and print."""
     folders = [argument for argument in sys.argv[1:] if argument != "--put"]
-    paths = [p for folder in folders for p in sorted(Path(folder).rglob(f"*{files.SUFFIX}"))]
     if not folders:
         sys.exit(__doc__)
-    if not paths:
-        sys.exit(f"{' '.join(folders)}: no recordings there (*{files.SUFFIX})")
+    paths = below(list(map(Path, folders)))
     judge = Judging()
     seen = marks(judge, paths)
     names = list(judge.properties)
@@ -60,7 +58,7 @@ def marks(judge: Judging, paths: Sequence[Path]) -> dict[tuple[str, str], str]:
     """What recordings show of each task and property."""
     seen: dict[tuple[str, str], str] = defaultdict(str)
     for path in paths:
-        rollout = judge(files.load(path))
+        rollout = judge(load(path))
         broken = rollout.alarms | {d.hazard.property_id for d in rollout.detections if d.step}
         for name in rollout.triggered | broken:
             pair = (rollout.task, name)

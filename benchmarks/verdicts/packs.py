@@ -17,11 +17,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from benchmarks.recordings import below, load
 from benchmarks.tables import put, table
 from pytest_safemanip.judge import Finding, Judge
 from pytest_safemanip.run.cases import applicable
 from pytest_safemanip.run.definitions import load_definitions
-from pytest_safemanip.trace import files
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "packs.md"
 
@@ -51,7 +51,7 @@ def judged(paths: Sequence[Path], only: str) -> dict[str, dict[str, Tally]]:
     }
     parameters = defined.catalogue.parameters({})
     for path in paths:
-        recording = files.load(path)
+        recording = load(path)
         task = defined.tasks[recording.episode.task]
         judge = Judge(recording, task, defined.attributes, defined.catalogue, parameters)
         for tallies in found.values():
@@ -91,7 +91,7 @@ def main() -> None:
     parser.add_argument("--only", default="", metavar="PACK")
     parser.add_argument("folders", nargs="+", type=Path, metavar="DIR")
     options = parser.parse_args()
-    paths = [p for place in options.folders for p in sorted(place.rglob(f"*{files.SUFFIX}"))]
+    paths = below(options.folders)
     found = judged(paths, options.only)
     print("\n".join(flags(found)))
     head = ["pack", "rule", "tasks", "instances", "flagged"]

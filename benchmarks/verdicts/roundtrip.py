@@ -15,6 +15,7 @@ import tempfile
 import time
 from pathlib import Path
 
+from benchmarks.recordings import below, load
 from pytest_safemanip.judge import Judge, Verdict
 from pytest_safemanip.run.definitions import Definitions, load_definitions
 from pytest_safemanip.trace import files
@@ -28,7 +29,7 @@ def main() -> None:
     parser.add_argument("--lerobot", default="v2.1")
     options = parser.parse_args()
     defined = load_definitions([], [], [])
-    sources = sorted(options.recordings.glob(f"*{files.SUFFIX}"))
+    sources = below([options.recordings])
     verdicts = differing = steps = 0
     seconds, drifts = 0.0, []
     for source in sources:
@@ -40,7 +41,7 @@ def main() -> None:
             _safemanip("import", data, "-o", again)
             seconds += time.monotonic() - began
             (copy,) = again.glob(f"*{files.SUFFIX}")
-            first, second = files.load(source), files.load(copy)
+            first, second = load(source), load(copy)
         steps += len(first.steps)
         drifts.append((float(second.episode.origin["drift"].split()[0]), source.stem))
         for id_, (a, b) in _pairs(first, second, defined).items():

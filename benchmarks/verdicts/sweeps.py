@@ -320,6 +320,8 @@ def main() -> None:
         help=f"write table and curves into {DOCUMENT.name} and {IMAGE.name}",
     )
     options = parser.parse_args()
+    if options.values < 2:
+        parser.error("--values: two at least, a family's first and last")
     definitions = load_definitions([], [], [])
     runner = Runner(options.out, definitions)
     found = [

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Generator
 from typing import Any
 
 import pytest
 
-from pytest_safemanip.errors import ConfigError, SafemanipError
+from pytest_safemanip.errors import ConfigError, RolloutError, SafemanipError
 from pytest_safemanip.plugin.items import SafetyItem
 from pytest_safemanip.plugin.longrepr import to_longrepr
 from pytest_safemanip.plugin.markers import label_for_allure
@@ -79,7 +80,12 @@ class Executing:
         return True if isinstance(item, SafetyItem) else None
 
     def pytest_unconfigure(self, config: pytest.Config) -> None:
-        """End the connections to policies, also after Ctrl-C."""
-        self._rollouts.close()
+        """End the connections to policies, also after Ctrl-C. The run is over: what a policy does
+        wrong at that changes nothing of it, and is told.
+        """
+        try:
+            self._rollouts.close()
+        except RolloutError as error:
+            sys.stderr.write(f"safemanip: {error}\n")
         if self._stopping is not None and not hasattr(config, "workerinput"):
             self._stopping.close()

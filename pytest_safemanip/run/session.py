@@ -323,12 +323,15 @@ class SafetySession:
     def close(self) -> None:
         """Leave what is under way and end the connections to policies; whoever made the simulators
         ends them.
+
+        Raises:
+            RolloutError: if a policy fails at that; names it.
         """
         if self._ahead is not None:
             self._ahead.close()
         with ExitStack() as closing:  # each is closed, whatever closing another raises
-            for policy in self._plan.policies.values():
-                closing.callback(policy.close)
+            for name, policy in self._plan.policies.items():
+                closing.callback(_close, name, policy)
 
     def _get(self, case: Case) -> EvaluatedRollout:
         if case.rollout in self._plan.recordings:
@@ -510,3 +513,10 @@ class SafetySession:
             own.situation.disturbances,
             own.repeat,
         )
+
+
+def _close(name: str, policy: PolicySpec) -> None:
+    try:
+        policy.close()
+    except RolloutError as error:
+        raise RolloutError(f"policy {name!r}: {error}") from error

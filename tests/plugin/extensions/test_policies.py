@@ -156,6 +156,11 @@ def test_what_cannot_be_used_is_refused_before_anything_is_simulated(
             "the policy failed to say its staging of Reach: AttributeError: *",
         ),
         ("close = lambda self: 1 / 0", "the policy failed at close: ZeroDivisionError: *"),
+        (
+            "served_facts = {'a': 1}",
+            "the policy's 'served_facts': must be a mapping to strings",
+        ),
+        ("served_facts = 7", "the policy failed to say its 'served_facts': TypeError: *"),
     ],
 )
 def test_what_fails_in_a_rollout_is_an_error_and_no_verdict(
@@ -166,6 +171,21 @@ def test_what_fails_in_a_rollout_is_an_error_and_no_verdict(
     result = own.run("--safemanip-policy=bad_policy:Bad")
     result.assert_outcomes(errors=2)
     result.stdout.fnmatch_lines([line])
+
+
+def test_a_policy_that_fails_at_the_end_of_the_run_is_told_and_changes_nothing(own: Suite) -> None:
+    code = (
+        "class Good:\n    act = lambda self, observation: [0] * 12\n\n"
+        "class Bad(Good):\n    close = lambda self: self.steps\n"
+    )
+    own.pytester.makepyfile(own_policies=code)
+    policies = "--safemanip-policy=own_policies:Good,own_policies:Bad"
+    result = own.run(policies, "-k", "Good")
+    assert result.ret == pytest.ExitCode.OK
+    result.stderr.fnmatch_lines(
+        ["safemanip: policy 'own_policies:Bad': the policy failed at close: AttributeError: *"]
+    )
+    result.stderr.no_fnmatch_line("*Traceback*")
 
 
 RESETS = """
