@@ -110,6 +110,11 @@ def comparison_line(comparison: Comparison) -> str:
     if comparison.why:
         return f"{comparison.name}, {comparison.policy}: {comparison.why}"
     pairs = comparison.pairs
+    if pairs.total and not any(comparison.triggered):
+        return (
+            f"{comparison.name}, {comparison.policy}: never triggered, neither before nor now, in "
+            f"{counted(pairs.total, 'pair')}"
+        )
     return (
         f"{comparison.name}, {comparison.policy}: violated in {percent(pairs.before)} before, "
         f"{percent(pairs.now)} now, {_change(comparison)} over {counted(pairs.total, 'pair')}, "

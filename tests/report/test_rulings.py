@@ -126,6 +126,11 @@ def test_what_no_rollout_triggered_has_no_rate_to_compare():
         return line.split()[3:]
 
     assert row(run(False, False), run(False, False)) == ["2", "never", "never", "-", "-", "-"]
+    contrast = ruled(run(False, False), before=run(False, False)).contrast
+    (own,) = [own for own in contrast.comparisons if own.name == "A"]
+    assert "A, p: never triggered, neither before nor now, in 2 pairs" in comparison_text(
+        own, contrast
+    )
     assert row(run(True, False), run(False, False))[:5] == ["2", "0.0", "%", "never", "+0.0"]
 
 
