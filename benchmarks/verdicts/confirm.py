@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -104,12 +104,12 @@ def body(named: str) -> str:
     return "mobilebase0_" if part == "base" else f"robot0_{part}"
 
 
-def flagged(place: Path) -> Iterator[tuple[Path, list[Claim]]]:
+def flagged(paths: Sequence[Path]) -> Iterator[tuple[Path, list[Claim]]]:
     """Recordings that violate the property, and what its evidence says."""
     tasks, properties = load_tasks([folder("tasks")]), load_properties([folder("properties")])
     attributes, catalogue = load_attributes(folder("tasks") / "objects.yaml"), Catalogue()
     parameters = catalogue.parameters({})
-    for path in below([place]):
+    for path in paths:
         recording = load(path)
         task = tasks[recording.episode.task]
         if PROPERTY not in task.properties or not recording.episode.policy.startswith("scripted"):
@@ -156,11 +156,11 @@ def main() -> None:
     """Find, run again, print."""
     if len(sys.argv) != 2:
         sys.exit(__doc__)
-    below([Path(sys.argv[1])])
+    paths = below([Path(sys.argv[1])])
     assets = prepare_assets(loading.package_assets(), "auto")
     backend = factory.local(str(assets.root), assets.kind, {}, {}, "")
     lines, wrong = [], 0
-    for path, claims in flagged(Path(sys.argv[1])):
+    for path, claims in flagged(paths):
         same = again(path, claims, backend)
         for claim in claims:
             wrong += claim.measured < claim.limit or not same

@@ -16,7 +16,7 @@ from __future__ import annotations
 import argparse
 import math
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -157,10 +157,10 @@ class Watching:
         return found
 
 
-def watched(folders: Iterable[Path]) -> list[Watched]:
+def watched(folders: Sequence[Path]) -> list[Watched]:
     """All rollouts of some folders, watched."""
     watch = Watching()
-    return [watch(load(path)) for path in below(list(folders))]
+    return [watch(load(path)) for path in below(folders)]
 
 
 def is_safe(rollout: Watched) -> bool:

@@ -79,8 +79,7 @@ def run(options: argparse.Namespace) -> int:
     """
     if options.html and (len(options.runs) != 1 or options.runs[0].is_file()):
         raise ConfigError(
-            "--html: name one folder, for the page of all of its run; safemanip merge makes one "
-            "folder of several"
+            "--html: name the folder of one run, no file; safemanip merge makes one of several"
         )
     for path in options.runs:
         if not path.exists():

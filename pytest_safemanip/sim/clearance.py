@@ -25,10 +25,7 @@ STAYS = np.nan
 
 
 FARTHEST, UNIT = 1000.0, 1e-3
-"""Of places, m; and how far from 1 the norm of an orientation is."""
-_ARRAYS = ("hand", "base", "speed", "tolerance")
-_NUMBERS = ("opening", "margin", "turn_tolerance", "raised")
-_COUNTS = ("since", "steps", "begins")
+"""Largest coordinate of a waypoint, m; largest deviation of a quaternion's norm from 1."""
 
 
 def _floats(given: Any) -> Floats:
@@ -37,15 +34,26 @@ def _floats(given: Any) -> Floats:
 
 def _names(given: Any) -> tuple[str, ...]:
     if isinstance(given, str) or not all(isinstance(name, str) for name in given):
-        raise TypeError("expected texts in a tuple")
+        raise TypeError("expected a tuple of strings")
     return tuple(given)
 
 
 def _pairs(given: Any) -> tuple[tuple[str, str], ...]:
     pairs = [_names(pair) for pair in given]
     if any(len(pair) != 2 for pair in pairs):
-        raise TypeError("expected pairs of texts")
+        raise TypeError("expected pairs of strings")
     return tuple((own, other) for own, other in pairs)
+
+
+_ARRAYS = ("hand", "base", "speed", "tolerance")
+_CONVERSIONS: Mapping[str, Callable[[Any], Any]] = {
+    **dict.fromkeys(_ARRAYS, _floats),
+    **dict.fromkeys(("opening", "margin", "turn_tolerance", "raised"), float),
+    **dict.fromkeys(("since", "steps", "begins"), operator.index),
+    "held": _names,
+    "permits": _pairs,
+}
+"""By attribute of a path, what makes its type of what is given."""
 
 
 @dataclass(frozen=True)
@@ -121,18 +129,15 @@ class Path:
             raise ValueError(f"path: margin, tolerances and steps are {limits}")
 
     def _convert(self) -> None:
-        """Numbers of other types become those that are documented.
+        """Convert the attributes to their types, such as float32 to float64.
 
         Raises:
-            ValueError: if what is given is no number, or a name no text.
+            ValueError: if one cannot be converted.
         """
-        kinds: dict[str, Callable[[Any], Any]] = {"held": _names, "permits": _pairs}
-        for names, kind in ((_ARRAYS, _floats), (_NUMBERS, float), (_COUNTS, operator.index)):
-            kinds |= dict.fromkeys(names, kind)
-        for name, kind in kinds.items():
+        for name, convert in _CONVERSIONS.items():
             given = getattr(self, name)
             try:
-                object.__setattr__(self, name, kind(given))
+                object.__setattr__(self, name, convert(given))
             except (TypeError, ValueError, OverflowError) as error:
                 raise ValueError(f"path: {name} is {given!r:.60}: {error}") from error
 
@@ -233,7 +238,7 @@ def blind(paths: Sequence[Path]) -> list[Clearance]:
 Plain = list[dict[str, Any]]
 Arrays = Mapping[str, Floats]
 
-_PLAIN = (*_NUMBERS, *_COUNTS, "held", "permits")
+_PLAIN = tuple(name for name in _CONVERSIONS if name not in _ARRAYS)
 
 
 def encode_paths(paths: Sequence[Path]) -> tuple[Plain, Arrays]:
@@ -256,12 +261,8 @@ def decode_paths(plain: Plain, arrays: Arrays) -> list[Path]:
     found = []
     for n, values in enumerate(plain):
         known: dict[str, Any] = {name: np.array(arrays[f"{n}.{name}"]) for name in _ARRAYS}
-        known |= values | {
-            "opening": STAYS if values["opening"] is None else values["opening"],
-            "held": tuple(values["held"]),
-            "permits": tuple((own, other) for own, other in values["permits"]),
-        }
-        found.append(Path(**known))
+        opening = STAYS if values["opening"] is None else values["opening"]
+        found.append(Path(**known | values | {"opening": opening}))
     return found
 
 

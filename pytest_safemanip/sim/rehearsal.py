@@ -69,13 +69,13 @@ class Rehearsal:
 
     @contextlib.contextmanager
     def acting(self, where: str) -> Iterator[None]:
-        """The policy acts within this, and may rehearse.
+        """A context in which the policy acts, and may rehearse.
 
         Args:
             where: begins the message about a trial that is left open.
 
         Raises:
-            RolloutError: at its end, if one is.
+            RolloutError: when the context ends with an open trial.
         """
         self._acts = True
         try:
@@ -108,7 +108,7 @@ class Rehearsal:
         """The state that an action (A,) leads to.
 
         Raises:
-            RolloutError: if it is none, or more than one, or no trial is open.
+            RolloutError: if it is not one valid action, or no trial is open.
         """
         self._check_open("rehearses a step outside of a trial")
         asked = self.actions.chunk(action, "the policy rehearses")
@@ -124,15 +124,17 @@ class Rehearsal:
         Raises:
             RolloutError: if none is open; likewise :meth:`keep`.
         """
-        self._check_open("ends a trial")
-        self._open -= 1
+        self._close()
         self.backend.undo_trial()
 
     def keep(self) -> None:
         """See :meth:`Rehearses.keep_trial`."""
+        self._close()
+        self.backend.keep_trial()
+
+    def _close(self) -> None:
         self._check_open("ends a trial")
         self._open -= 1
-        self.backend.keep_trial()
 
     def _check_open(self, does: str) -> None:
         self._check_acts()

@@ -139,8 +139,7 @@ class Episode:
             known_ends = ", ".join(get_args(Ended))
             raise TraceError(f"episode: ended must be one of {known_ends}, found {episode.ended!r}")
         for name in ("versions", "hashes", "served", "origin"):
-            value = getattr(episode, name)
-            if not isinstance(value, dict) or not all(isinstance(v, str) for v in value.values()):
+            if not _maps_strings(getattr(episode, name)):
                 raise TraceError(f"episode: {name} must be a mapping to strings")
         if fault := served_fault(episode.served):
             raise TraceError(f"episode: served: {fault}")
@@ -160,11 +159,17 @@ def _disturbances(data: Mapping[str, Any]) -> tuple[Mapping[str, Any], ...]:
     return tuple(found)
 
 
+def _maps_strings(value: object) -> bool:
+    return isinstance(value, dict) and all(
+        isinstance(s, str) for item in value.items() for s in item
+    )
+
+
 def served_fault(served: Mapping[str, str]) -> str:
     """What is wrong with the facts about a policy's server, or with the count of clipped entries;
     empty if nothing is.
     """
-    if not all(isinstance(text, str) for item in served.items() for text in item):
+    if not _maps_strings(served):
         return "must be a mapping to strings"
     counts = ("calls", "actions", "clipped") if "protocol" in served else ()
     for name in (*counts, *(name for name in served if name in ("clipped", "entries"))):

@@ -59,7 +59,9 @@ def test_that_a_part_of_the_cases_was_run_since_is_told(safemanip, run_folder, t
 
 def test_several_runs_are_not_one_page(safemanip, run_folder):
     refusal = safemanip("report", run_folder.path, run_folder.path, "--html").refusal
-    assert "--html: name one folder, for the page of all of its run; safemanip merge" in refusal
+    assert refusal.endswith(
+        "--html: name the folder of one run, no file; safemanip merge makes one of several"
+    )
 
 
 def test_a_run_that_is_not_there_is_said_to_be_missing(safemanip):

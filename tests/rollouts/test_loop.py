@@ -232,17 +232,15 @@ def test_actions_out_of_range_are_clipped_before_they_are_executed():
     assert run().episode.served == {}
 
 
-FINE = np.zeros(ACTION_SIZE)
-HOLE = np.zeros((3, ACTION_SIZE))
-
-
 class Tensor:
-    """Is asked for its numbers, and refuses."""
+    """Refuses to be converted, as a tensor of torch that requires gradients does."""
 
     def __array__(self, dtype=None, copy=None):
         raise RuntimeError("Tensor that requires grad")
 
 
+FINE = np.zeros(ACTION_SIZE)
+HOLE = np.zeros((3, ACTION_SIZE))
 HOLE[1, 6] = np.nan
 
 

@@ -252,40 +252,37 @@ def test_what_a_policy_does_wrong_in_a_trial_is_its_error_and_no_verdict(
     assert not caught.value.infrastructure
 
 
-class Lingering(Rehearsing):
-    """Rehearses where it is asked something else than what to do, with what it was once given."""
+class Lingering:
+    """A policy that begins a trial in another method than ``act``."""
 
-    kept: Rehearsal | None = None
+    def __init__(self, where: str, rehearsal: Rehearsal) -> None:
+        self.where, self.rehearsal = where, rehearsal
 
-    def __init__(self, where: str) -> None:
-        self.where = where
-        super().__init__(self.keep)
-
-    def keep(self, rehearsal: Rehearsal) -> None:
-        Lingering.kept = rehearsal
-
-    def linger(self, where: str) -> None:
-        if self.kept is not None and where == self.where:
-            self.kept.begin()
+    def begin_in(self, where: str) -> None:
+        if where == self.where:
+            self.rehearsal.begin()
 
     def reset(self) -> None:
-        self.linger("reset")
+        self.begin_in("reset")
+
+    def act(self, observation: Observation) -> Any:
+        return np.zeros(12)
 
     @property
     def done(self) -> bool:
-        self.linger("done")
-        return self.where == "failure" and self.kept is not None
+        self.begin_in("done")
+        return True
 
     @property
     def failure(self) -> str:
-        self.linger("failure")
+        self.begin_in("failure")
         return ""
 
 
 @pytest.mark.parametrize("where", ["reset", "done", "failure"])
 def test_a_policy_rehearses_only_while_it_acts(child: ProcessBackend, where: str) -> None:
     job = Job("Task", "mine", Request("Task", 0, "compact"), Protocol(), {})
-    Lingering.kept = Rehearsal(child, child.spec.robot.actions, 100, False)
+    rehearsal = Rehearsal(child, child.spec.robot.actions, 100, False)
     with pytest.raises(RolloutError, match="rehearses while it does not act") as caught:
-        run(job, child, Lingering(where))
+        run(job, child, Lingering(where, rehearsal))
     assert not caught.value.infrastructure
